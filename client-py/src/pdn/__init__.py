@@ -1,0 +1,1 @@
+"""pdn: client, vehicle simulator and operator console of the perception-driven navigation service."""

@@ -1,0 +1,2 @@
+//! pdnd
+fn main() {}
