@@ -1,0 +1,275 @@
+//! Why an event, a command or a question is refused: what is wrong, where, and what to do.
+
+use pdn_schemas::problem::Code;
+use pdn_schemas::reply::{Phase, Problem};
+
+/// Everything that a mission can refuse. The text of each is one sentence for a person; [`StateError::code`] is
+/// what programs go by.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StateError {
+    /// A vehicle without any mission was asked something.
+    #[error("this vehicle has no mission yet; send a MissionConfig to op/configure")]
+    NoMission,
+    /// No mission of that id is kept.
+    #[error("mission \"{mission}\" is not known; the missions kept are [{}]; configure it first", .kept.join(", "))]
+    UnknownMission {
+        /// The id asked for.
+        mission: String,
+        /// The ids that would have been found.
+        kept: Vec<String>,
+    },
+    /// Another mission is under way.
+    #[error("mission \"{mission}\" is {}; complete or abort it before configuring another", phase_name(.phase))]
+    MissionActive {
+        /// The mission under way.
+        mission: String,
+        /// Its phase.
+        phase: Phase,
+    },
+    /// An id is used a second time.
+    #[error("mission id \"{mission}\" has been used; choose an id that this vehicle never had")]
+    MissionUsed {
+        /// The id.
+        mission: String,
+    },
+    /// The mission has ended and takes no more events.
+    #[error("mission \"{mission}\" is {}; configure a new mission to send more events", phase_name(.phase))]
+    MissionEnded {
+        /// The mission.
+        mission: String,
+        /// How it ended.
+        phase: Phase,
+    },
+    /// An operation that the phase does not allow.
+    #[error("\"{operation}\" is not possible while the mission is {}; possible now: {}", phase_name(.phase), listed(.legal))]
+    IllegalTransition {
+        /// What was asked.
+        operation: &'static str,
+        /// The phase it was asked in.
+        phase: Phase,
+        /// What would have been possible.
+        legal: Vec<&'static str>,
+    },
+    /// A decision needs a running mission.
+    #[error("decisions are given while the mission is running, and it is {}; {}", phase_name(.phase), to_run(.phase))]
+    NotRunning {
+        /// The phase.
+        phase: Phase,
+    },
+    /// Nothing to answer from yet.
+    #[error("no keyframe is in the graph yet; send the first keyframe and a factor or prior that ties it")]
+    NotReady,
+    /// A sequence number came twice with different content.
+    #[error("event {seq} was received before with other content; give each event a number of its own")]
+    SequenceConflict {
+        /// The number.
+        seq: u64,
+    },
+    /// The buffer of events that wait for a missing one is full.
+    #[error("{buffered} events already wait for event {next_seq}; send the missing events, then event {seq} again")]
+    BufferFull {
+        /// The event refused; its number is not consumed.
+        seq: u64,
+        /// The first missing event.
+        next_seq: u64,
+        /// Events that wait, which is the limit.
+        buffered: usize,
+    },
+    /// A named limit of the configuration.
+    #[error("{what}: the bound {bound} = {limit} is reached; {advice}")]
+    Limit {
+        /// What there is too much of.
+        what: &'static str,
+        /// The field of [`crate::Limits`].
+        bound: &'static str,
+        /// Its value.
+        limit: u64,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A text or list that is longer than its bound.
+    #[error("{field} has {count} elements or bytes, more than {bound} = {limit}; send less")]
+    TooLong {
+        /// Path of the field.
+        field: String,
+        /// Its length.
+        count: u64,
+        /// The field of [`crate::Limits`].
+        bound: &'static str,
+        /// Its value.
+        limit: u64,
+    },
+    /// The body of an event could not be decoded though its head could.
+    #[error("{message}")]
+    Undecodable {
+        /// `invalid`, `schema_mismatch` or `too_large`.
+        code: Code,
+        /// What the decoder found.
+        message: String,
+    },
+    /// A value that no other variant describes.
+    #[error("{field}: {problem}")]
+    Invalid {
+        /// Path of the field.
+        field: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// A number that is infinite or not a number.
+    #[error("{field} is {value}; send a finite number")]
+    NotFinite {
+        /// Path of the field.
+        field: String,
+        /// The number.
+        value: f64,
+    },
+    /// A quaternion or direction that is not of length one.
+    #[error("{field} has norm {norm}; send it with norm 1 within {tolerance:e}")]
+    NotUnit {
+        /// Path of the field.
+        field: String,
+        /// Its norm.
+        norm: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
+    /// A number outside its range.
+    #[error("{field} is {value}; it must lie in {range}")]
+    OutOfRange {
+        /// Path of the field.
+        field: String,
+        /// The number.
+        value: f64,
+        /// The range, as a person writes it.
+        range: &'static str,
+    },
+    /// A covariance that is not one.
+    #[error("{field} is not a covariance: {evidence}; send a symmetric, positive definite matrix, row by row")]
+    NotPositiveDefinite {
+        /// Path of the field.
+        field: String,
+        /// Which element or pivot shows it.
+        evidence: String,
+    },
+    /// A keyframe that no event has introduced.
+    #[error("{field}: keyframe {keyframe} is not known; send its keyframe event before what refers to it")]
+    UnknownKeyframe {
+        /// Path of the field.
+        field: String,
+        /// The keyframe's id.
+        keyframe: u64,
+    },
+    /// A keyframe id that an earlier event has used.
+    #[error("keyframe.id: keyframe {keyframe} exists since event {since_seq}; give each keyframe an id of its own")]
+    RepeatedKeyframe {
+        /// The keyframe's id.
+        keyframe: u64,
+        /// The event that introduced it.
+        since_seq: u64,
+    },
+    /// A camera factor whose baseline is too short to have a direction.
+    #[error(
+        "factor.camera: the cameras of keyframes {from} and {to} are {baseline_m} m apart, less than \
+         planner.min_baseline_m = {min_baseline_m}; register a pair with a longer baseline"
+    )]
+    DegenerateBaseline {
+        /// One keyframe.
+        from: u64,
+        /// The other.
+        to: u64,
+        /// Their cameras' distance at the current estimate, m.
+        baseline_m: f64,
+        /// What it must not fall below, m.
+        min_baseline_m: f64,
+    },
+    /// Something that the contract names and this release does not do.
+    #[error("{field}: {problem}")]
+    Unsupported {
+        /// Path of the field.
+        field: String,
+        /// What is not done and what to send instead.
+        problem: &'static str,
+    },
+    /// With this event the system of equations could not be solved; the event is undone.
+    #[error("the graph cannot be solved with this event, which is undone: {evidence}; check the covariances that it and keyframe {} carry", keyframe_name(.keyframe))]
+    Singular {
+        /// The keyframe at which elimination failed, where that is known.
+        keyframe: Option<u64>,
+        /// The pivot or the reason.
+        evidence: String,
+    },
+    /// The question was stopped by its deadline before anything could be answered.
+    #[error("the deadline passed before an answer was ready; ask again with a later deadline_ms")]
+    Stopped,
+    /// A law of the program does not hold; nothing the sender did.
+    #[error("internal: {evidence}; please report this with the mission's events")]
+    Internal {
+        /// What was found.
+        evidence: String,
+    },
+}
+
+impl StateError {
+    /// The stable code of the contract.
+    pub fn code(&self) -> Code {
+        match self {
+            StateError::NoMission => Code::NoMission,
+            StateError::UnknownMission { .. } => Code::UnknownMission,
+            StateError::MissionActive { .. } | StateError::IllegalTransition { .. } | StateError::NotRunning { .. } => {
+                Code::IllegalTransition
+            }
+            StateError::MissionUsed { .. } | StateError::RepeatedKeyframe { .. } => Code::RepeatedId,
+            StateError::SequenceConflict { .. } => Code::Conflict,
+            StateError::TooLong { .. } => Code::TooLarge,
+            StateError::MissionEnded { .. } => Code::MissionEnded,
+            StateError::NotReady => Code::NotReady,
+            StateError::BufferFull { .. } | StateError::Limit { .. } => Code::Limit,
+            StateError::Undecodable { code, .. } => *code,
+            StateError::Invalid { .. } => Code::Invalid,
+            StateError::NotFinite { .. } => Code::NotFinite,
+            StateError::NotUnit { .. } => Code::NotUnit,
+            StateError::OutOfRange { .. } => Code::OutOfRange,
+            StateError::NotPositiveDefinite { .. } => Code::NotPositiveDefinite,
+            StateError::UnknownKeyframe { .. } => Code::UnknownKeyframe,
+            StateError::DegenerateBaseline { .. } => Code::DegenerateBaseline,
+            StateError::Unsupported { .. } => Code::Unsupported,
+            StateError::Singular { .. } => Code::Singular,
+            StateError::Stopped => Code::Deadline,
+            StateError::Internal { .. } => Code::Internal,
+        }
+    }
+
+    /// What goes on the wire; `seq` is the event's number, null for a query.
+    pub fn problem(&self, seq: Option<u64>) -> Problem {
+        Problem::new(self.code(), self.to_string(), seq)
+    }
+}
+
+/// The wire's word for a phase.
+pub fn phase_name(phase: &Phase) -> &'static str {
+    match phase {
+        Phase::Configured => "configured",
+        Phase::Running => "running",
+        Phase::Paused => "paused",
+        Phase::Held => "held",
+        Phase::Completed => "completed",
+        Phase::Aborted => "aborted",
+    }
+}
+
+fn listed(words: &[&'static str]) -> String {
+    if words.is_empty() { "nothing, it has ended".to_string() } else { words.join(", ") }
+}
+
+fn to_run(phase: &Phase) -> &'static str {
+    match phase {
+        Phase::Configured => "start it with op/start",
+        Phase::Paused | Phase::Held => "resume it with op/resume, or ask a what-if",
+        Phase::Running => "ask again",
+        Phase::Completed | Phase::Aborted => "ask a what-if, or configure a new mission",
+    }
+}
+
+fn keyframe_name(keyframe: &Option<u64>) -> String {
+    keyframe.map_or_else(|| "(unknown)".to_string(), |id| id.to_string())
+}

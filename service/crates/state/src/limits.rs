@@ -1,0 +1,58 @@
+//! How much of anything one vehicle may hold, checked before memory is taken.
+
+use pdn_schemas::limits;
+
+/// Bounds of one vehicle and of each of its missions. Each is named in the configuration of the daemon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Missions kept whole, the current one included; beyond it the one that ended first is forgotten.
+    pub max_missions: usize,
+    /// Mission ids that a vehicle may ever have used.
+    pub max_mission_ids: usize,
+    /// Events that may wait for a missing one.
+    pub max_buffered_events: usize,
+    /// Events of one mission, applied and refused.
+    pub max_events: u64,
+    /// Keyframes of one mission.
+    pub max_keyframes: usize,
+    /// Factors of one mission.
+    pub max_factors: usize,
+    /// Factors that name one keyframe; what bounds the cost of a single elimination step.
+    pub max_factors_per_keyframe: usize,
+    /// Facets of a target.
+    pub max_facets: usize,
+    /// Cells of the coverage raster over all facets.
+    pub max_cells: u64,
+    /// Points of a survey.
+    pub max_survey_points: usize,
+    /// Bins of each saliency in the link model.
+    pub max_link_bins: u32,
+    /// Paths of one `rpc/evaluate`.
+    pub max_paths: usize,
+    /// Points of each of those paths.
+    pub max_path_points: usize,
+    /// Bytes of the reason of a command.
+    pub max_reason_bytes: usize,
+}
+
+impl Default for Limits {
+    /// The bounds of the contract; those that it does not name are this crate's own.
+    fn default() -> Self {
+        Limits {
+            max_missions: 16,
+            max_mission_ids: 65_536,
+            max_buffered_events: limits::MAX_BUFFERED_EVENTS as usize,
+            max_events: 10_000_000,
+            max_keyframes: limits::MAX_KEYFRAMES as usize,
+            max_factors: limits::MAX_FACTORS as usize,
+            max_factors_per_keyframe: 512,
+            max_facets: limits::MAX_FACETS,
+            max_cells: limits::MAX_COVERAGE_CELLS,
+            max_survey_points: limits::MAX_SURVEY_POINTS,
+            max_link_bins: limits::MAX_LINK_BINS,
+            max_paths: limits::MAX_EVALUATED_PATHS,
+            max_path_points: limits::MAX_PATH_POINTS,
+            max_reason_bytes: limits::MAX_REASON_BYTES,
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! One mission: its phase, the order of its events, and the fold of what they say.
+
+use crate::answer::{DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
+use crate::convert::{self, reply::Source};
+use crate::error::{StateError, phase_name};
+use crate::event::Event;
+use crate::fold::Fold;
+use crate::ingest::{Arrival, Ingest};
+use crate::lifecycle::{self, Operation};
+use crate::limits::Limits;
+use crate::settings::Settings;
+use pdn_schemas::config::MissionConfig;
+use pdn_schemas::limits::MAX_MISSING_RANGES;
+use pdn_schemas::reply::{
+    Ack, CoverageReply, Decision, Health, IngestStatus, LinkModelReply, MissionState, Phase, Problem,
+};
+
+/// One mission of a vehicle.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    config: MissionConfig,
+    limits: Limits,
+    phase: Phase,
+    reason: String,
+    since_ns: u64,
+    ingest: Ingest,
+    fold: Fold,
+    rejected: u64,
+    decisions: u64,
+    revisits: u64,
+}
+
+/// What became of an event that was offered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Offered {
+    /// Id of the mission.
+    pub mission: String,
+    /// Events that were applied now: this one and those that waited for it.
+    pub applied: u64,
+    /// Whether it has been here before with the same content, and is ignored.
+    pub repeat: bool,
+    /// What was refused now, this event or an earlier one, for `out/rejected`.
+    pub refused: Vec<Refusal>,
+    /// All events below are consumed.
+    pub next_seq: u64,
+}
+
+/// An event that was refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// Number of the event.
+    pub seq: u64,
+    /// Why.
+    pub error: StateError,
+}
+
+impl Refusal {
+    /// What goes on the wire.
+    pub fn problem(&self) -> Problem {
+        self.error.problem(Some(self.seq))
+    }
+}
+
+impl Offered {
+    pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> Offered {
+        let refused = vec![Refusal { seq, error }];
+        Offered { mission: mission.to_string(), applied: 0, repeat: false, refused, next_seq }
+    }
+}
+
+impl Mission {
+    pub(crate) fn new(config: MissionConfig, settings: Settings, limits: Limits, now_ns: u64) -> Mission {
+        Mission {
+            config,
+            limits,
+            phase: Phase::Configured,
+            reason: "configured".to_string(),
+            since_ns: now_ns,
+            ingest: Ingest::default(),
+            fold: Fold::new(settings, limits),
+            rejected: 0,
+            decisions: 0,
+            revisits: 0,
+        }
+    }
+
+    /// Its id.
+    pub fn id(&self) -> &str {
+        &self.config.mission
+    }
+
+    /// Its phase.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// All events below are consumed; what `after=` waits for.
+    pub fn next_seq(&self) -> u64 {
+        self.ingest.next_seq()
+    }
+
+    /// Whether no event has come yet.
+    pub fn is_untouched(&self) -> bool {
+        self.phase == Phase::Configured && self.ingest.next_seq() == 0 && self.ingest.buffered() == 0
+    }
+
+    pub(crate) fn offer(&mut self, event: Event) -> Offered {
+        let seq = event.seq();
+        let mut offered = Offered {
+            mission: self.id().to_string(),
+            applied: 0,
+            repeat: false,
+            refused: Vec::new(),
+            next_seq: self.next_seq(),
+        };
+        if lifecycle::has_ended(self.phase) && !self.ingest.is_repeat(&event) {
+            let error = StateError::MissionEnded { mission: self.id().to_string(), phase: self.phase };
+            return Offered::refused(self.id(), seq, self.next_seq(), error);
+        }
+        match self.ingest.take(event, self.limits.max_buffered_events, self.limits.max_events) {
+            Ok(Arrival::Due(due)) => {
+                due.into_iter().for_each(|event| self.apply(event, &mut offered));
+                self.rejected += offered.refused.len() as u64;
+            }
+            Ok(Arrival::Waiting) => {}
+            Ok(Arrival::Repeat) => offered.repeat = true,
+            Err(error) => offered.refused.push(Refusal { seq, error }),
+        }
+        offered.next_seq = self.next_seq();
+        offered
+    }
+
+    fn apply(&mut self, event: Event, offered: &mut Offered) {
+        let seq = event.seq();
+        let change = convert::event::change(event);
+        match change.and_then(|change| self.fold.apply(seq, change)) {
+            Ok(late) => {
+                offered.applied += 1;
+                offered.refused.extend(late);
+            }
+            Err(error) => offered.refused.push(Refusal { seq, error }),
+        }
+    }
+
+    pub(crate) fn command(
+        &mut self,
+        operation: Operation,
+        reason: &str,
+        now_ns: u64,
+    ) -> Result<(), StateError> {
+        if reason.len() > self.limits.max_reason_bytes {
+            return Err(StateError::TooLong {
+                field: "reason".to_string(),
+                count: reason.len() as u64,
+                bound: "max_reason_bytes",
+                limit: self.limits.max_reason_bytes as u64,
+            });
+        }
+        self.phase = lifecycle::transition(self.phase, operation)?;
+        let by_itself = || format!("{} by \"{}\"", phase_name(&self.phase), operation.name());
+        self.reason = if reason.is_empty() { by_itself() } else { reason.to_string() };
+        self.since_ns = now_ns;
+        Ok(())
+    }
+
+    /// Prepares a decision: the mission's own, or a what-if.
+    ///
+    /// # Errors
+    /// [`StateError::NotRunning`] unless it is a what-if; [`StateError::NotReady`] without a keyframe in the graph;
+    /// [`StateError::OutOfRange`] and its like for an assumption that has no meaning.
+    pub fn begin_decision(&mut self, request: DecisionRequest) -> Result<DecisionJob, StateError> {
+        if !request.what_if.is_any() && self.phase != Phase::Running {
+            return Err(StateError::NotRunning { phase: self.phase });
+        }
+        convert::config::check_what_if(&request.what_if)?;
+        Ok(DecisionJob { source: self.source()?, request })
+    }
+
+    /// Numbers and counts a decision, in the order of recording; a what-if stays without a number.
+    pub fn record(&mut self, outcome: DecisionOutcome) -> Decision {
+        let revisit = outcome.is_revisit();
+        let mut decision = outcome.decision;
+        if outcome.counted {
+            decision.decision = Some(self.decisions);
+            self.decisions += 1;
+            self.revisits += u64::from(revisit);
+        }
+        decision
+    }
+
+    /// Prepares the evaluation of paths that a person drew: world points, m, from the robot's position on.
+    ///
+    /// # Errors
+    /// [`StateError::NotReady`], [`StateError::TooLong`], [`StateError::NotFinite`], [`StateError::OutOfRange`].
+    pub fn begin_evaluate(&mut self, paths: Vec<Vec<[f64; 3]>>) -> Result<EvaluateJob, StateError> {
+        convert::config::check_paths(&paths, &self.limits)?;
+        Ok(EvaluateJob { source: self.source()?, paths })
+    }
+
+    /// Prepares `rpc/graph`: keyframes from id `from` on, with their marginals if asked. An empty graph is an answer.
+    ///
+    /// # Errors
+    /// [`StateError::UnknownKeyframe`] for a `from` that no event has introduced.
+    pub fn begin_graph(&mut self, from: Option<u64>, marginals: bool) -> Result<GraphJob, StateError> {
+        if let Some(keyframe) = from.filter(|keyframe| !self.fold.knows(*keyframe)) {
+            return Err(StateError::UnknownKeyframe { field: "from".to_string(), keyframe });
+        }
+        Ok(GraphJob { source: self.any_source(), from, marginals })
+    }
+
+    /// Prepares `rpc/waypoints`.
+    ///
+    /// # Errors
+    /// [`StateError::NotReady`] without a keyframe in the graph.
+    pub fn begin_waypoints(&mut self) -> Result<WaypointsJob, StateError> {
+        Ok(WaypointsJob { source: self.source()? })
+    }
+
+    /// `rpc/coverage`. Cost: linear in the cells of the rasters.
+    pub fn coverage(&mut self) -> CoverageReply {
+        self.fold.look_ahead();
+        convert::reply::coverage(self.id(), self.next_seq(), &self.fold)
+    }
+
+    /// `rpc/link_model`.
+    pub fn link_model(&self) -> LinkModelReply {
+        convert::reply::link_model(self.id(), self.next_seq(), self.fold.link_model())
+    }
+
+    /// `rpc/ingest`; `rejected` counts the events whose number was consumed but whose content was not. Without a journal nothing survives the process: `durable_seq` is `next_seq`, which then means
+    /// applied and no more (the setting `durability = "memory"`).
+    pub fn ingest_status(&self) -> IngestStatus {
+        IngestStatus {
+            mission: self.id().to_string(),
+            next_seq: self.next_seq(),
+            durable_seq: self.next_seq(),
+            buffered: self.ingest.buffered() as u64,
+            missing: self.ingest.missing(MAX_MISSING_RANGES),
+            rejected: self.rejected,
+        }
+    }
+
+    /// `out/ack`; `durable_seq` as in [`Mission::ingest_status`].
+    pub fn ack(&self) -> Ack {
+        Ack { mission: self.id().to_string(), next_seq: self.next_seq(), durable_seq: self.next_seq() }
+    }
+
+    /// `rpc/mission`, `out/state`. Cost beyond solving for the events not yet solved for: one marginal.
+    pub fn state(&mut self) -> MissionState {
+        let robot = self.fold.robot();
+        let findings = self.findings();
+        MissionState {
+            mission: self.id().to_string(),
+            phase: self.phase,
+            robot: robot.as_ref().map(convert::reply::robot),
+            reason: self.reason.clone(),
+            since_ns: self.since_ns,
+            config: self.config.clone(),
+            next_seq: self.next_seq(),
+            keyframes: self.fold.keyframes_in_graph() as u64,
+            factors: self.fold.factors_in_graph(),
+            covered_m2: self.fold.covered_m2(),
+            target_m2: self.fold.target_m2(),
+            uncertainty: robot.map(|robot| robot.uncertainty),
+            decisions: self.decisions,
+            revisits: self.revisits,
+            estimated_remaining_m: self.fold.survey_remaining_m(),
+            health: Health { ok: findings.is_empty(), findings },
+        }
+    }
+
+    fn findings(&self) -> Vec<String> {
+        let mut findings = self.fold.findings();
+        if let Some((first, last)) = self.ingest.missing(1).first() {
+            let waiting = self.ingest.buffered();
+            findings.push(format!("events {first} to {last} are missing and {waiting} later ones wait: send them again"));
+        }
+        findings
+    }
+
+    fn source(&mut self) -> Result<Source, StateError> {
+        if self.fold.keyframes_in_graph() == 0 {
+            return Err(StateError::NotReady);
+        }
+        Ok(self.any_source())
+    }
+
+    fn any_source(&mut self) -> Source {
+        Source {
+            mission: self.id().to_string(),
+            graph_seq: self.next_seq(),
+            phase: self.phase,
+            view: self.fold.view(),
+        }
+    }
+}
