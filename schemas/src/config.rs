@@ -82,7 +82,7 @@ pub struct Facet {
 
 /// Standard deviations whose product is the sixth-root determinant that uncertainty is measured by [PDN12, IV.A].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Allowable {
     /// North, m; default 0.25.
     pub x_m: f64,
@@ -268,7 +268,10 @@ impl Default for LinkModel {
             (false, false) => 0.005,
             _ => 0.05,
         };
-        LinkModel { bins, prior: pairs.map(|pair| [200.0 * rate(pair), 200.0 * (1.0 - rate(pair))]).collect() }
+        LinkModel {
+            bins,
+            prior: pairs.map(|pair| [200.0 * rate(pair), 200.0 * (1.0 - rate(pair))]).collect(),
+        }
     }
 }
 

@@ -4,8 +4,9 @@
 //! the golden vectors and the lists of keys and codes in `schemas/` are generated from them and checked in.
 //!
 //! Reading order: [`shared`] (poses, covariances), [`event`] (what a vehicle sends), [`config`] (what a mission
-//! is), [`command`] and [`reply`] (what is asked and answered), then how they travel: [`codec`], [`keys`],
-//! [`problem`] and [`limits`].
+//! is), [`command`] and [`reply`] (what is asked and answered), then how they travel: [`ids`], [`topics`] and
+//! [`keys`] (under which name), [`codec`] (as which bytes), [`registry`] (with which layout), [`problem`] (what is
+//! refused, and why) and [`limits`].
 //!
 //! Conventions: the world frame is north-east-down in metres, `z` is depth; a pose is `world_from_body`; a
 //! tangent vector is `[rho (m); phi (rad)]`, translation first, perturbing on the right in the body frame; every
@@ -20,11 +21,15 @@ pub mod config;
 pub mod command;
 pub mod reply;
 
-pub mod codec;
+pub mod ids;
 pub mod keys;
+pub mod topics;
+
+pub mod codec;
+pub mod registry;
+
 pub mod limits;
 pub mod problem;
-pub mod registry;
 
 pub use command::{Command, EvaluateRequest};
 pub use config::MissionConfig;
