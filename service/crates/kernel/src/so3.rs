@@ -1,0 +1,75 @@
+//! Rotations: exponential, logarithm and Jacobians of SO(3). Vectors are rotation vectors, radians.
+
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+use crate::so3_coefficients as coefficients;
+
+/// The cross-product matrix: `hat(a) * b = a x b`.
+pub fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
+}
+
+/// The rotation by the angle |phi| about the axis phi / |phi|: q = [cos(theta / 2), sin(theta / 2) phi / theta].
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use std::f64::consts::FRAC_PI_2;
+/// let quarter_turn_right = pdn_kernel::so3::exp(&Vector3::new(0.0, 0.0, FRAC_PI_2));
+/// assert!((quarter_turn_right * Vector3::x() - Vector3::y()).norm() < 1e-15);
+/// ```
+pub fn exp(phi: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let theta_squared = phi.norm_squared();
+    let half = 0.5 * theta_squared.sqrt();
+    // sin(half) / theta; its series is exact to the last bit below theta^2 = 1e-4 (next term 4e-18).
+    let scale = if theta_squared < 1e-4 {
+        0.5 - theta_squared / 48.0 + theta_squared * theta_squared / 3840.0
+    } else {
+        half.sin() / (2.0 * half)
+    };
+    UnitQuaternion::new_normalize(Quaternion::from_parts(half.cos(), phi * scale))
+}
+
+/// The rotation vector of a rotation, of length at most pi; the inverse of [`exp`] for angles below pi.
+///
+/// theta = 2 atan2(|v|, |w|) of the quaternion [w, v], which keeps its full relative precision near 0 and near pi.
+/// Of the two vectors of a half turn it returns the one whose first component that is not zero is positive.
+pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let w = rotation.w;
+    let v = rotation.imag();
+    let norm = v.norm();
+    // atan2(n, |w|) / n -> 1 / |w| for n -> 0; the next term of the series is n^2 / 3 < 1e-17 relative here.
+    let scale = if norm < 4e-9 { 2.0 / w.abs() } else { 2.0 * norm.atan2(w.abs()) / norm };
+    let flipped = if w == 0.0 {
+        v.iter().find(|component| **component != 0.0).is_some_and(|component| *component < 0.0)
+    } else {
+        w < 0.0
+    };
+    v * if flipped { -scale } else { scale }
+}
+
+/// J_l with Exp(phi + d) = Exp(J_l(phi) d) Exp(phi) to first order in d.
+///
+/// J_l = I + (1 - cos theta) / theta^2 [phi] + (theta - sin theta) / theta^3 [phi]^2, by series near zero.
+pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
+    let s = phi.norm_squared();
+    let hat = hat(phi);
+    Matrix3::identity() + hat * coefficients::first(s).value + hat * hat * coefficients::second(s).value
+}
+
+/// The inverse of [`left_jacobian`]: I - [phi] / 2 + (1 - x cot x) / theta^2 [phi]^2, x = theta / 2; regular for
+/// theta < 2 pi, so at every result of [`log`]. Log(Exp(d) Exp(phi)) = phi + J_l^-1(phi) d to first order in d.
+pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
+    let hat = hat(phi);
+    Matrix3::identity() - hat * 0.5
+        + hat * hat * coefficients::second_of_inverse(phi.norm_squared()).value
+}
+
+/// J_r(phi) = J_l(-phi), with Exp(phi + d) = Exp(phi) Exp(J_r(phi) d) to first order in d.
+pub fn right_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
+    left_jacobian(&-phi)
+}
+
+/// The inverse of [`right_jacobian`]: Log(Exp(phi) Exp(d)) = phi + J_r^-1(phi) d to first order in d.
+pub fn right_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
+    left_jacobian_inverse(&-phi)
+}
