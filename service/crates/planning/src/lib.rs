@@ -1,1 +1,50 @@
-//! (in the making)
+//! Perception-driven navigation: from a snapshot of a mission to a decision [PDN12, III].
+//!
+//! Reading order. What goes in: [`settings`], [`snapshot`]. The steps of the paper: [`saliency`] (III.A),
+//! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`registration`] (eq. 2),
+//! [`belief`] (eqs. 1, 3, 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
+//! [`decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
+//!
+//! Everything is a pure function of the snapshot: no clock, no randomness, no hash order. Threads appear only
+//! where candidates are spread over a pool ([`belief::expect_all`]), and the result does not depend on their
+//! number.
+//!
+//! Frames: world north-east-down in metres, `z` is depth; body x forward, y right, z down; camera x right, y
+//! down, z along the optical axis. Tangent vectors are `[rho (m); phi (rad)]`, perturbing on the right.
+
+pub mod error;
+
+pub mod distance;
+pub mod settings;
+pub mod snapshot;
+
+pub mod saliency;
+
+pub mod cluster;
+pub mod waypoint;
+
+pub mod round_trip;
+pub mod route;
+
+pub mod registration;
+
+pub mod belief;
+
+pub mod coverage;
+
+pub mod reward;
+
+pub mod candidate;
+pub mod decide;
+pub mod decision;
+pub mod reason;
+
+pub use coverage::Coverage;
+pub use decide::{decide, evaluate_paths};
+pub use decision::{Action, Candidate, Decision, Evaluation, Exploration, Question, Robot};
+pub use error::PlanningError;
+pub use registration::LinkModel;
+pub use saliency::Saliency;
+pub use settings::{Allowable, Settings};
+pub use snapshot::{Derived, OdometryStep, Snapshot, SnapshotKeyframe};
+pub use waypoint::{Waypoint, waypoints};

@@ -1,0 +1,157 @@
+//! What the robot would know of its pose after a round trip, or after one more step [PDN12, eqs. 1, 3, 4].
+
+use crate::error::PlanningError;
+use crate::registration::links;
+use crate::round_trip::RoundTrip;
+use crate::snapshot::Snapshot;
+use nalgebra::{Matrix5, Matrix6, Vector5};
+use pdn_kernel::elimination::{LinkWeight, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::se3::{Pose, adjoint};
+use pdn_kernel::{Node, information};
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// The robot's expected knowledge at the end of a round trip and on the way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Belief {
+    /// Sigma_nn: the 6x6 block at node n of the inverse of Lambda_pdn [PDN12, eq. 4], each link weighted by P_L.
+    pub terminal: Matrix6<f64>,
+    /// Sigma_nn with every link registered (P = 1).
+    pub terminal_all_links: Matrix6<f64>,
+    /// Sigma_nn with none registered (P = 0).
+    pub terminal_no_links: Matrix6<f64>,
+    /// Covariance of each virtual node 1..n, of the same inverse as `terminal`.
+    pub along: Vec<Matrix6<f64>>,
+    /// Virtual node, keyframe and P_L of each expected registration, by node.
+    pub links: Vec<(u32, Node, f64)>,
+}
+
+/// Sigma_exp: the robot's marginal carried one step by the last odometry measurement Z with its covariance Q,
+/// Ad(Z^-1) Sigma_rr Ad(Z^-1)^T + Q. Before the first odometry it is the robot's marginal itself.
+///
+/// # Errors
+/// [`PlanningError::NoKeyframe`], or the kernel's finding about the graph.
+pub fn expect_exploration(snapshot: &Snapshot) -> Result<Matrix6<f64>, PlanningError> {
+    let robot = snapshot.robot_covariance()?;
+    Ok(match &snapshot.last_odometry {
+        Some(step) => {
+            let carry = adjoint(&step.earlier_from_later.inverse());
+            let carried = carry * robot * carry.transpose() + step.covariance;
+            0.5 * (carried + carried.transpose())
+        }
+        None => robot,
+    })
+}
+
+/// The beliefs of several round trips, in their order, spread over the pool's threads; none for those that were
+/// still waiting when `stop` said so. `stop` is asked before each. The numbers do not depend on the threads.
+///
+/// # Errors
+/// The kernel's finding about the first trip, in their order, that has no answer.
+pub fn expect_all(
+    snapshot: &Snapshot,
+    trips: &[RoundTrip],
+    pool: &rayon::ThreadPool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Option<Belief>>, PlanningError> {
+    let workspaces: Vec<Mutex<Workspace>> =
+        (0..pool.current_num_threads()).map(|_| Mutex::new(Workspace::default())).collect();
+    let expect_unless_stopped = |trip: &RoundTrip| {
+        if stop() {
+            return Ok(None);
+        }
+        let thread = rayon::current_thread_index().unwrap_or(0);
+        let mut workspace = workspaces[thread].lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        expect(snapshot, trip, &mut workspace).map(Some)
+    };
+    let beliefs: Vec<Result<Option<Belief>, PlanningError>> =
+        pool.install(|| trips.par_iter().map(expect_unless_stopped).collect());
+    beliefs.into_iter().collect()
+}
+
+/// The belief of one round trip.
+///
+/// # Errors
+/// The kernel's finding about the graph.
+pub fn expect(
+    snapshot: &Snapshot,
+    trip: &RoundTrip,
+    workspace: &mut Workspace,
+) -> Result<Belief, PlanningError> {
+    let path = virtual_path(snapshot, &trip.poses)?;
+    let mut covariance =
+        |weight, along| snapshot.elimination.expected_covariance(&path, weight, along, workspace);
+    let expected = covariance(LinkWeight::Expected, true)?;
+    let terminal_all_links = covariance(LinkWeight::All, false)?.terminal;
+    let terminal_no_links = covariance(LinkWeight::None, false)?.terminal;
+    Ok(Belief {
+        terminal: expected.terminal,
+        terminal_all_links,
+        terminal_no_links,
+        along: expected.along,
+        links: path.links.iter().map(|link| (link.node, link.keyframe, link.probability)).collect(),
+    })
+}
+
+/// Lambda_odo, Lambda_cam and the absolute sensors' information of virtual nodes 1..n at the given poses, with
+/// virtual node 0 at the robot. Successive poses must be at different places.
+///
+/// # Errors
+/// [`PlanningError::NoKeyframe`]; the kernel's finding about a sigma or a baseline.
+pub fn virtual_path(snapshot: &Snapshot, poses: &[Pose]) -> Result<VirtualPath, PlanningError> {
+    let robot = snapshot.robot()?;
+    let start = snapshot.keyframe(robot).world_from_body;
+    let mut path = VirtualPath { robot, unary: Vec::new(), steps: Vec::new(), links: Vec::new() };
+    let mut previous = start;
+    for (pose, node) in poses.iter().zip(1_u32..) {
+        path.steps.push(information::odometry(&previous, pose, &odometry_weight(snapshot, &previous, pose)));
+        path.unary.push(absolute_information(snapshot, pose));
+        path.links.extend(virtual_links(snapshot, pose, node)?);
+        previous = *pose;
+    }
+    Ok(path)
+}
+
+/// Square root of Q^-1, with Q = diag(sigma^2) d and d the distance between the nodes [PDN12, eq. 1].
+fn odometry_weight(snapshot: &Snapshot, from: &Pose, to: &Pose) -> Matrix6<f64> {
+    let distance_m = (to.translation.vector - from.translation.vector).norm();
+    let sigmas = snapshot.settings.odometry_sigmas_per_sqrt_m * distance_m.sqrt();
+    Matrix6::from_diagonal(&sigmas.map(|sigma| 1.0 / sigma))
+}
+
+/// Attitude: rows R on phi, in world axes; depth: third row of R on rho. Zero with `expect_absolute` off.
+fn absolute_information(snapshot: &Snapshot, pose: &Pose) -> Matrix6<f64> {
+    let settings = &snapshot.settings;
+    let mut sum = Matrix6::zeros();
+    if !settings.expect_absolute {
+        return sum;
+    }
+    if let Some(tilt_sigma_rad) = settings.tilt_sigma_rad {
+        sum += information::attitude(pose, tilt_sigma_rad, settings.heading_sigma_rad);
+    }
+    if let Some(sigma_m) = settings.depth_sigma_m {
+        sum += information::depth(pose, sigma_m);
+    }
+    sum
+}
+
+/// H^T R^-1 H of each registration that a virtual node may expect [PDN12, eq. 3].
+fn virtual_links(snapshot: &Snapshot, pose: &Pose, node: u32) -> Result<Vec<VirtualLink>, PlanningError> {
+    let settings = &snapshot.settings;
+    let [direction, rotation] = [settings.direction_sigma_rad, settings.rotation_sigma_rad].map(|s| 1.0 / s);
+    let weight = Matrix5::from_diagonal(&Vector5::new(direction, direction, rotation, rotation, rotation));
+    let nearest = snapshot.nearest(&pose.translation.vector)?;
+    let body_from_camera = &snapshot.keyframe(nearest).body_from_camera;
+    let virtual_link = |link: crate::registration::Link| {
+        let target = snapshot.keyframe(link.keyframe);
+        let information = information::camera(
+            &target.world_from_body,
+            &target.body_from_camera,
+            pose,
+            body_from_camera,
+            &weight,
+        )?;
+        Ok(VirtualLink { node, keyframe: link.keyframe, information, probability: link.probability })
+    };
+    links(snapshot, pose, nearest).into_iter().map(virtual_link).collect()
+}

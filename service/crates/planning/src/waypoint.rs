@@ -1,0 +1,106 @@
+//! Waypoints: places that are worth revisiting [PDN12, III.B].
+
+use crate::cluster::{Point, dbscan};
+use crate::distance::nanometres;
+use crate::error::PlanningError;
+use crate::route::{Route, routes};
+use crate::snapshot::{Snapshot, keep};
+use nalgebra::Matrix6;
+use pdn_kernel::se3::Pose;
+use pdn_kernel::{Node, gaussian};
+use std::collections::BTreeMap;
+
+/// A cluster of salient keyframes, and the one that represents it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waypoint {
+    /// Id of the representative keyframe.
+    pub keyframe: u64,
+    /// Its node.
+    pub node: Node,
+    /// Its linearisation point.
+    pub pose: Pose,
+    /// u = |Sigma|^(1/6) of its marginal.
+    pub marginal_uncertainty: f64,
+    /// S_G * u_min / u, by which it was chosen; u_min is the least in the cluster.
+    pub score: f64,
+    /// Ids of the cluster's keyframes, sorted.
+    pub members: Vec<u64>,
+    /// The way from the robot; none if there is none.
+    pub route: Option<Route>,
+    /// Whether decisions consider it: its route is no shorter than `min_revisit_m`.
+    pub candidate: bool,
+}
+
+/// All waypoints, in the order of their keyframes' ids. Found once a snapshot.
+///
+/// # Errors
+/// [`PlanningError::NoKeyframe`], or the kernel's finding about the graph.
+pub fn waypoints(snapshot: &Snapshot) -> Result<&[Waypoint], PlanningError> {
+    let found = keep(&snapshot.derived.waypoints, || {
+        let mut chosen: Vec<Waypoint> =
+            clusters(snapshot).into_iter().map(|members| represent(snapshot, members)).collect::<Result<_, _>>()?;
+        chosen.sort_by_key(|waypoint| waypoint.keyframe);
+        let goals: Vec<Node> = chosen.iter().map(|waypoint| waypoint.node).collect();
+        for (waypoint, route) in chosen.iter_mut().zip(routes(snapshot, &goals)?) {
+            waypoint.candidate = route.as_ref().is_some_and(|route| is_worth_a_detour(snapshot, route));
+            waypoint.route = route;
+        }
+        Ok(chosen)
+    })?;
+    Ok(found)
+}
+
+/// Clusters of the salient set, each as sorted nodes with their keyframes' ids.
+fn clusters(snapshot: &Snapshot) -> Vec<Vec<(u64, Node)>> {
+    let settings = &snapshot.settings;
+    let mut points = Vec::new();
+    let mut node_of = BTreeMap::new();
+    for (keyframe, node) in snapshot.keyframes.iter().zip((0..).map(Node)) {
+        if keyframe.saliency.is_salient(settings.waypoint_local_saliency) {
+            points.push(Point { id: keyframe.id, place: keyframe.world_from_body.translation.vector });
+            node_of.insert(keyframe.id, node);
+        }
+    }
+    let clusters = dbscan(&points, settings.eps_m, settings.min_points);
+    clusters.into_iter().map(|ids| ids.into_iter().map(|id| (id, node_of[&id])).collect()).collect()
+}
+
+/// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose; ties to the lower id.
+fn represent(snapshot: &Snapshot, members: Vec<(u64, Node)>) -> Result<Waypoint, PlanningError> {
+    let uncertainties: Vec<f64> = members
+        .iter()
+        .map(|&(_, node)| sixth_root_determinant(&snapshot.elimination.marginal(node)?))
+        .collect::<Result<_, PlanningError>>()?;
+    let least = uncertainties.iter().copied().fold(f64::INFINITY, f64::min);
+    let score = |index: usize| {
+        snapshot.keyframe(members[index].1).saliency.global * (least / uncertainties[index])
+    };
+    let mut best = 0;
+    for index in 1..members.len() {
+        if score(index) > score(best) {
+            best = index;
+        }
+    }
+    let (keyframe, node) = members[best];
+    Ok(Waypoint {
+        keyframe,
+        node,
+        pose: snapshot.keyframe(node).world_from_body,
+        marginal_uncertainty: uncertainties[best],
+        score: score(best),
+        members: members.into_iter().map(|(id, _)| id).collect(),
+        route: None,
+        candidate: false,
+    })
+}
+
+/// |Sigma|^(1/6), from the logarithm of the determinant.
+fn sixth_root_determinant(covariance: &Matrix6<f64>) -> Result<f64, PlanningError> {
+    Ok((gaussian::log_determinant(covariance)? / 6.0).exp())
+}
+
+/// A route of no length leads nowhere, whatever `min_revisit_m` says.
+fn is_worth_a_detour(snapshot: &Snapshot, route: &Route) -> bool {
+    let length = nanometres(route.one_way_m);
+    length > 0 && length >= nanometres(snapshot.settings.min_revisit_m)
+}
