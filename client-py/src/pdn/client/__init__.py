@@ -1,0 +1,65 @@
+"""The client library: connect a vehicle or an operator's program to the planner.
+
+    import pdn.client
+
+    with pdn.client.connect("auv-1") as client:
+        client.configure({"mission": "hull-7", "target": {"facets": [...]}})
+        client.start("survey begins")
+        with client.mission_stream() as events:
+            events.keyframe(0, pose, saliency=(0.8, 0.3))
+            seq = events.keyframe(1, saliency=(0.7, 0.3))
+            ...
+            print(client.decision(after=seq).reason)
+
+Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender` and `outbox` (why nothing is lost),
+`watch`, `link` and `session` (Zenoh), `errors`.
+"""
+
+from .client import Client, connect
+from .errors import (
+    BadReply,
+    Conflict,
+    ConnectionFailed,
+    DeadlineMissed,
+    EventsRefused,
+    IllegalTransition,
+    MissionGap,
+    MissionLost,
+    MissionUnknown,
+    OutboxFull,
+    Overloaded,
+    PdnError,
+    PlannerAbsent,
+    Refused,
+    StreamBroken,
+    Timeout,
+)
+from .session import DEFAULT_ENDPOINT
+from .stream import MissionStream
+from .watch import PlannerPresence, Watch, Watched
+
+__all__ = [
+    "DEFAULT_ENDPOINT",
+    "BadReply",
+    "Client",
+    "Conflict",
+    "ConnectionFailed",
+    "DeadlineMissed",
+    "EventsRefused",
+    "IllegalTransition",
+    "MissionGap",
+    "MissionLost",
+    "MissionStream",
+    "MissionUnknown",
+    "OutboxFull",
+    "Overloaded",
+    "PdnError",
+    "PlannerAbsent",
+    "PlannerPresence",
+    "Refused",
+    "StreamBroken",
+    "Timeout",
+    "Watch",
+    "Watched",
+    "connect",
+]

@@ -1,0 +1,140 @@
+"""One vehicle's keys over one Zenoh session: questions with a deadline, publications, subscriptions."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+import zenoh
+
+from pdn import wire
+
+from .errors import BadReply, PlannerAbsent, Timeout, refused
+from .outbox import Entry
+
+M = TypeVar("M", bound=wire.Message)
+
+RETRY_FIRST_S = 0.02
+RETRY_LAST_S = 0.5
+"""Pauses between questions that nobody answered, s, doubling from first to last."""
+
+ANSWER_MARGIN_S = 0.25
+"""How long before the asker gives up the planner is told to answer, s."""
+
+
+class Link:
+    """What a vehicle, or a console of its operator, says and hears."""
+
+    def __init__(self, session: zenoh.Session, vehicle: str, endpoint: str, form: wire.Format) -> None:
+        self.session = session
+        self.vehicle = vehicle
+        self.endpoint = endpoint
+        self.form = form
+
+    def ask(
+        self,
+        topic: wire.Topic,
+        reply_kind: type[M],
+        timeout_s: float,
+        *,
+        payload: bytes | None = None,
+        encoding: str | None = None,
+        parameters: Mapping[str, object] | None = None,
+    ) -> M:
+        """Asks, and asks again while nobody answers; parameters that are None are left out.
+
+        Raises `Refused` with the planner's reason, `Timeout` if it was asked and did not answer, `PlannerAbsent` if nobody was
+        there to ask, `BadReply` if the answer cannot be read.
+        """
+        selector = self._selector(topic, parameters or {})
+        deadline_s = time.monotonic() + timeout_s
+        pause_s = RETRY_FIRST_S
+        while (left_s := deadline_s - time.monotonic()) > 0.0:
+            replies = self.session.get(
+                selector,
+                timeout=left_s,
+                payload=payload,
+                encoding=encoding,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )
+            for reply in replies:
+                return self._read(reply, reply_kind, topic, timeout_s)
+            time.sleep(max(0.0, min(pause_s, deadline_s - time.monotonic())))
+            pause_s = min(2.0 * pause_s, RETRY_LAST_S)
+        raise PlannerAbsent(
+            f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._why_nobody_answers()}"
+        )
+
+    def send(self, entry: Entry) -> None:
+        """Publishes an event. On a broken link it vanishes, which the sender notices."""
+        with contextlib.suppress(zenoh.ZError):
+            self.session.put(
+                entry.key,
+                entry.payload,
+                encoding=entry.encoding,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )
+
+    def subscribe(self, topic: wire.Topic, hand_over: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
+        """Hears the planner's publications; `hand_over` runs on a thread of Zenoh and must not block."""
+        return self.session.declare_subscriber(wire.key(self.vehicle, topic), hand_over)
+
+    def watch_planner(self, hand_over: Callable[[bool], None], *, history: bool) -> zenoh.Subscriber[None]:
+        """Hears the planner come (True) and go (False); with `history` also that it is there already."""
+        return self.session.liveliness().declare_subscriber(
+            wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER),
+            lambda sample: hand_over(sample.kind == zenoh.SampleKind.PUT),
+            history=history,
+        )
+
+    def planner_is_announced(self, timeout_s: float = 1.0) -> bool:
+        """Whether the planner's liveliness token is seen."""
+        tokens = self.session.liveliness().get(wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER), timeout=timeout_s)
+        return any(reply.ok is not None for reply in tokens)
+
+    def _selector(self, topic: wire.Topic, parameters: Mapping[str, object]) -> str:
+        given = {name: value for name, value in parameters.items() if value is not None}
+        if self.form is wire.Format.BINCODE:
+            given["encoding"] = "bincode"
+        text = ";".join(f"{name}={value}" for name, value in given.items())
+        return f"{wire.key(self.vehicle, topic)}?{text}" if text else wire.key(self.vehicle, topic)
+
+    def _read(self, reply: zenoh.Reply, kind: type[M], topic: wire.Topic, timeout_s: float) -> M:
+        if reply.ok is not None:
+            return decode_sample(reply.ok, kind)
+        assert reply.err is not None, "a reply is one of the two"
+        if str(reply.err.encoding) == "application/json":
+            raise refused(_problem(reply.err.payload.to_bytes()))
+        if reply.err.payload.to_bytes() == b"Timeout":
+            raise Timeout(f"The planner did not answer {topic} within {timeout_s:g} s.")
+        raise BadReply(f"{topic} was answered by an error that is not of this contract ({reply.err.encoding})")
+
+    def _why_nobody_answers(self) -> str:
+        if self.session.is_closed() or not any(self.session.info.routers_zid()):
+            return "the connection to the daemon is gone. Is it still running?"
+        if self.planner_is_announced():
+            return "the planner is there, so access rules probably keep this client's questions away."
+        return "the daemon is there, but no planner has announced itself for this vehicle. Is it starting, or may this client not see it?"
+
+
+def decode_sample(sample: zenoh.Sample, kind: type[M]) -> M:
+    """Reads a message by the encoding that it came with; raises `BadReply`."""
+    encoding = str(sample.encoding)
+    try:
+        return wire.decode(kind, sample.payload.to_bytes(), wire.format_of(kind, encoding))
+    except wire.WireError as error:
+        raise BadReply(
+            f"{sample.key_expr} cannot be read ({error}). Are daemon and client of the same version?"
+        ) from error
+
+
+def _problem(payload: bytes) -> wire.Problem:
+    try:
+        return wire.decode(wire.Problem, payload, wire.Format.JSON)
+    except wire.WireError as error:
+        raise BadReply(f"A refusal cannot be read: {error}") from error
+
+

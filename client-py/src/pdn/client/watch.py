@@ -1,0 +1,106 @@
+"""What the planner publishes about a vehicle, as an iterator: for consoles and recorders."""
+
+from __future__ import annotations
+
+import queue
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import zenoh
+
+from pdn import wire
+
+from .errors import BadReply
+from .link import Link, decode_sample
+
+MAX_WAITING = 1024
+"""Publications that may wait to be read; beyond, the oldest give way and are counted in `dropped`."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerPresence:
+    """The planner came or went."""
+
+    present: bool
+
+
+Watched = wire.MissionState | wire.Decision | wire.Problem | PlannerPresence | BadReply
+"""A state, a decision taken, a refused event, the planner's coming and going, or a publication that could not be read."""
+
+_KINDS: tuple[tuple[wire.Topic, type[wire.MissionState] | type[wire.Decision] | type[wire.Problem]], ...] = (
+    (wire.Topic.OUT_STATE, wire.MissionState),
+    (wire.Topic.OUT_DECIDED, wire.Decision),
+    (wire.Topic.OUT_REJECTED, wire.Problem),
+)
+
+
+class Watch:
+    """An iterator over what the planner publishes, from now on; a context manager."""
+
+    def __init__(self, link: Link) -> None:
+        self.dropped = 0
+        self._closed = False
+        self._waiting: queue.Queue[Watched] = queue.Queue(MAX_WAITING)
+        self._subscribers = [
+            link.subscribe(topic, lambda sample, kind=kind: self._take_in(_read(sample, kind)))  # type: ignore[misc]
+            for topic, kind in _KINDS
+        ]
+        self._subscribers.append(
+            link.watch_planner(lambda present: self._take_in(PlannerPresence(present)), history=True)
+        )
+
+    def next(self, timeout_s: float | None = None) -> Watched | None:
+        """The next publication; None if none came within `timeout_s`, or the watch is closed."""
+        until_s = None if timeout_s is None else time.monotonic() + timeout_s
+        while not self._closed:
+            left_s = 0.25 if until_s is None else min(0.25, until_s - time.monotonic())
+            if left_s <= 0.0:
+                return None
+            try:
+                return self._waiting.get(timeout=left_s)
+            except queue.Empty:
+                continue
+        return None
+
+    def __iter__(self) -> Iterator[Watched]:
+        while (item := self.next()) is not None:
+            yield item
+
+    def close(self) -> None:
+        """Ends the iteration."""
+        self._closed = True
+        while self._subscribers:
+            self._subscribers.pop().undeclare()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _take_in(self, item: Watched) -> None:
+        while True:
+            try:
+                self._waiting.put_nowait(item)
+            except queue.Full:
+                self.dropped += 1
+                try:
+                    self._waiting.get_nowait()
+                except queue.Empty:
+                    continue
+            else:
+                return
+
+
+def _read(
+    sample: zenoh.Sample, kind: type[wire.MissionState] | type[wire.Decision] | type[wire.Problem]
+) -> Watched:
+    try:
+        return decode_sample(sample, kind)
+    except BadReply as error:
+        return error

@@ -1,0 +1,287 @@
+"""The sender against a planner that loses, repeats, stalls, restarts and refuses; no network, so that each fault is exact.
+
+Waits are on conditions with a bound of `PATIENCE_S`, far above the fraction of a second that each case takes.
+"""
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import pytest
+
+from pdn.client import sender as sender_module
+from pdn.client.errors import EventsRefused, MissionLost, MissionUnknown, OutboxFull, PlannerAbsent, StreamBroken, Timeout
+from pdn.client.outbox import Entry
+from pdn.client.sender import Sender
+
+PATIENCE_S = 20.0
+
+
+@dataclass
+class Status:
+    next_seq: int = 0
+    durable_seq: int = 0
+    rejected: int = 0
+
+
+@dataclass
+class Problem:
+    code: str
+    message: str
+    seq: int | None
+
+
+@dataclass
+class Planner:
+    """Applies events strictly in order; what it does with each copy that arrives is up to `fate`."""
+
+    fate: Callable[[int, int], str] = lambda seq, copy: "deliver"
+    present: bool = True
+    knows_mission: bool = True
+    acknowledges: bool = True
+    status: Status = field(default_factory=Status)
+    applied: list[bytes] = field(default_factory=list)
+    copies: dict[int, int] = field(default_factory=dict)
+    questions: int = 0
+    sender: Sender | None = None
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def send(self, entry: Entry) -> None:
+        with self.lock:
+            if not self.present:
+                return
+            copy = self.copies[entry.seq] = self.copies.get(entry.seq, 0) + 1
+            match self.fate(entry.seq, copy):
+                case "deliver":
+                    self._apply(entry)
+                case "repeat":
+                    self._apply(entry)
+                    self._apply(entry)
+                case "refuse":
+                    self._refuse(entry, announce=True)
+                case "refuse silently":
+                    self._refuse(entry, announce=False)
+                case "lose":
+                    return
+            status = Status(self.status.next_seq, self.status.durable_seq)
+        if self.acknowledges and self.sender:
+            sender = self.sender
+            sender.hand_over(lambda: sender.acknowledged(status.next_seq, status.durable_seq))
+
+    def ingest(self, timeout_s: float) -> Status:
+        del timeout_s
+        with self.lock:
+            self.questions += 1
+            if not self.present:
+                raise PlannerAbsent("nobody answers")
+            if not self.knows_mission:
+                raise MissionUnknown("unknown_mission", "no such mission")
+            return Status(self.status.next_seq, self.status.durable_seq, self.status.rejected)
+
+    def crash(self) -> None:
+        with self.lock:
+            self.present = False
+            del self.applied[self.status.durable_seq :]
+            self.status.next_seq = self.status.durable_seq
+        assert self.sender
+        self.sender.hand_over(self.sender.planner_went)
+
+    def come_back(self) -> None:
+        with self.lock:
+            self.present = True
+        assert self.sender
+        self.sender.hand_over(self.sender.planner_came)
+
+    def _apply(self, entry: Entry) -> None:
+        if entry.seq == self.status.next_seq:
+            self.applied.append(entry.payload)
+            self.status.next_seq += 1
+            self.status.durable_seq = self.status.next_seq
+
+    def _refuse(self, entry: Entry, *, announce: bool) -> None:
+        if entry.seq != self.status.next_seq:
+            return
+        self._apply(Entry(entry.seq, entry.key, b"refused", entry.encoding))
+        self.status.rejected += 1
+        if announce and self.sender:
+            sender, problem = self.sender, Problem("not_unit", "normalise it", entry.seq)
+            sender.hand_over(lambda: sender.rejected(problem))
+
+
+@contextmanager
+def sending(planner: Planner, **options: object) -> Iterator[Sender]:
+    sender = Sender("m", planner, planner.ingest(1.0), **options)  # type: ignore[arg-type]
+    planner.sender = sender
+    try:
+        yield sender
+    finally:
+        sender.close()
+
+
+def post(sender: Sender, timeout_s: float = PATIENCE_S) -> int:
+    return sender.post(lambda seq: Entry(seq, "in/keyframe", b"%d" % seq, "text/plain"), timeout_s)
+
+
+def expected(count: int) -> list[bytes]:
+    return [b"%d" % seq for seq in range(count)]
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of the real time-outs, so that the tests take a second."""
+    monkeypatch.setattr(sender_module, "STALL_S", 0.075)
+    monkeypatch.setattr(sender_module, "LATE_REASONS_S", 0.1)
+
+
+@pytest.mark.parametrize(
+    "fate",
+    [
+        lambda seq, copy: "deliver",
+        lambda seq, copy: "lose" if copy == 1 and seq % 97 == 5 else "deliver",
+        lambda seq, copy: "repeat" if seq % 3 == 0 else "deliver",
+        lambda seq, copy: "lose" if copy < 3 and seq in (0, 700, 1999) else "repeat",
+    ],
+    ids=["plain", "loss", "repeats", "losses of resends"],
+)
+def test_everything_arrives_once_and_in_order(fate: Callable[[int, int], str]) -> None:
+    planner = Planner(fate)
+    with sending(planner) as sender:
+        assert [post(sender) for _ in range(2000)] == list(range(2000))
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(2000)
+
+
+def test_lost_acknowledgements_are_made_up_for_by_asking() -> None:
+    planner = Planner(acknowledges=False)
+    with sending(planner, window=16) as sender:
+        for _ in range(40):
+            post(sender)
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(40)
+    assert planner.questions >= 3
+
+
+def test_planner_that_restarts_gets_again_what_was_not_durable() -> None:
+    planner = Planner()
+    with sending(planner) as sender:
+        for _ in range(100):
+            post(sender)
+        sender.flush(PATIENCE_S)
+        planner.crash()
+        for _ in range(100):
+            post(sender)
+        with pytest.raises(Timeout, match="from 100 on"):
+            sender.flush(0.05)
+        planner.come_back()
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(200)
+
+
+def test_planner_that_comes_back_unannounced_is_found() -> None:
+    planner = Planner()
+    with sending(planner) as sender:
+        planner.crash()
+        post(sender)
+        planner.present = True
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(1)
+
+
+def test_planner_that_lost_what_was_durable_breaks_the_stream() -> None:
+    planner = Planner()
+    with sending(planner) as sender:
+        for _ in range(10):
+            post(sender)
+        sender.flush(PATIENCE_S)
+        planner.crash()
+        planner.status = Status(4, 4)
+        planner.come_back()
+        post(sender)
+        with pytest.raises(MissionLost, match="lost 6 events"):
+            sender.flush(PATIENCE_S)
+        with pytest.raises(MissionLost):
+            post(sender)
+
+
+def test_planner_that_forgot_the_mission_breaks_the_stream() -> None:
+    planner = Planner()
+    with sending(planner) as sender:
+        planner.knows_mission = False
+        planner.come_back()
+        post(sender)
+        with pytest.raises(MissionLost, match="no longer knows"):
+            sender.flush(PATIENCE_S)
+
+
+def test_another_sender_on_the_mission_is_noticed() -> None:
+    planner = Planner(lambda seq, copy: "lose")
+    with sending(planner) as sender:
+        post(sender)
+        planner.status = Status(9, 9)
+        with pytest.raises(StreamBroken, match="Another program"):
+            sender.flush(PATIENCE_S)
+
+
+def test_full_window_blocks_with_a_bound_and_takes_nothing() -> None:
+    planner = Planner(lambda seq, copy: "lose")
+    with sending(planner, window=8) as sender:
+        for _ in range(8):
+            post(sender)
+        with pytest.raises(OutboxFull, match="8 events"):
+            post(sender, timeout_s=0.05)
+        assert sender.next_seq == 8
+        planner.fate = lambda seq, copy: "deliver"
+        assert post(sender) == 8
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(9)
+
+
+def test_refusals_are_raised_at_the_next_call_and_the_rest_goes_on() -> None:
+    planner = Planner(lambda seq, copy: "refuse" if seq in (1, 2) else "deliver")
+    with sending(planner) as sender:
+        for _ in range(2):
+            post(sender)
+        with pytest.raises(EventsRefused) as caught:
+            sender.flush(PATIENCE_S)
+        assert (caught.value.code, caught.value.seq) == ("not_unit", 1)
+        assert post(sender) == 2
+        assert post(sender) == 3
+        with pytest.raises(EventsRefused, match="event 2"):
+            sender.flush(PATIENCE_S)
+        sender.flush(PATIENCE_S)
+        assert [problem.seq for problem in sender.refusals] == [1, 2]
+    assert planner.applied == [b"0", b"refused", b"refused", b"3"]
+
+
+def test_refusals_go_to_the_callback_once() -> None:
+    planner = Planner(lambda seq, copy: "refuse" if seq == 1 else "deliver")
+    seen: list[int | None] = []
+    with sending(planner, on_rejected=lambda problem: seen.append(problem.seq), raises=False) as sender:
+        for _ in range(3):
+            post(sender)
+        sender.flush(PATIENCE_S)
+        sender.hand_over(lambda: sender.rejected(Problem("not_unit", "normalise it", 1)))
+        post(sender)
+        sender.flush(PATIENCE_S)
+    assert seen == [1]
+
+
+def test_refusals_whose_reasons_got_lost_are_still_reported() -> None:
+    planner = Planner(lambda seq, copy: "refuse silently" if seq == 1 else "deliver")
+    with sending(planner) as sender:
+        for _ in range(3):
+            post(sender)
+        with pytest.raises(EventsRefused, match="1 events were refused"):
+            sender.flush(PATIENCE_S)
+        sender.flush(PATIENCE_S)
+
+
+def test_too_many_acknowledgements_do_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sender_module, "MAX_NEWS", 2)
+    planner = Planner()
+    with sending(planner) as sender:
+        for _ in range(1000):
+            post(sender)
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(1000)
