@@ -1,0 +1,165 @@
+"""The vehicle: steers by the estimate it has, takes keyframes, tries registrations, tells the planner.
+
+It knows its plan, the surface as designed, its own measurements and what the planner answers; it has no
+access to the true world. Between two keyframes it aims at a place in estimated coordinates, so its true track
+drifts as the estimate does, and a loop closure shows as a correction of the next step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from pdn.sim.planner import Fix, Planner
+from pdn.sim.plant import Image, Plant, Reading
+from pdn.sim.scenario import Links, Scenario
+from pdn.sim.se3 import Array, Pose, level, wrap_rad
+from pdn.sim.survey import Aim
+
+_REFRESH_EVERY = 50
+_REFRESH_JUMP_M = 0.03
+"""A fix that differs this much from dead reckoning has moved earlier keyframes too."""
+
+
+class Vehicle:
+    """One vehicle on one mission."""
+
+    def __init__(
+        self, scenario: Scenario, plant: Plant, planner: Planner, taken: Callable[[Fix], None]
+    ) -> None:
+        self._scenario = scenario
+        self._plant = plant
+        self._planner = planner
+        self._taken = taken
+        self._table = scenario.links.table()
+        self._fix: Fix | None = None
+        self._memory = _Memory()
+        self._since_refresh = 0
+
+    @property
+    def keyframes(self) -> int:
+        """Keyframes taken."""
+        return self._memory.count
+
+    @property
+    def fix(self) -> Fix:
+        """The newest keyframe as the planner estimates it."""
+        if self._fix is None:
+            raise RuntimeError("the vehicle has not begun")
+        return self._fix
+
+    def begin(self, aim: Aim) -> None:
+        """Take the first keyframe where the vehicle stands."""
+        camera = body_from_camera(self._scenario, aim)
+        told, reading = self._plant.begin(camera)
+        self._planner.keyframe(0, told, camera, reading.image)
+        self._report(0, told, camera, reading)
+
+    def go_to(self, aim: Aim) -> None:
+        """Steer for a place by the estimate and take a keyframe there; a far one is reached by more
+        keyframes."""
+        spacing = self._scenario.survey.keyframe_spacing_m
+        while True:
+            pose = self.fix.pose
+            way = aim.position - pose.translation
+            distance = float(np.linalg.norm(way))
+            if distance <= 1.5 * spacing:
+                self._step(way, aim)
+                return
+            self._step(way * (spacing / distance), aim)
+
+    def _step(self, way: Array, aim: Aim) -> None:
+        pose = self.fix.pose
+        turn = wrap_rad(aim.heading_rad - pose.heading_rad())
+        here = Aim(pose.translation + way, aim.heading_rad)
+        camera = body_from_camera(self._scenario, here)
+        reading = self._plant.move(pose.rotation.T @ way, turn, camera)
+        if reading.odometry is None:
+            raise RuntimeError("a step without odometry")
+        number = self._memory.count
+        self._planner.keyframe(number, None, camera, reading.image)
+        self._planner.odometry(number - 1, number, reading.odometry)
+        self._report(number, pose @ reading.odometry.relative, camera, reading)
+
+    def _report(self, number: int, predicted: Pose, camera: Pose, reading: Reading) -> None:
+        if reading.attitude is not None:
+            self._planner.attitude(number, reading.attitude)
+        if reading.depth is not None:
+            self._planner.depth(number, reading.depth)
+        self._memory.add(predicted, camera, reading.image)
+        for older in self._memory.proposals(self._scenario.links, self._table):
+            self._planner.registration(older, number, self._plant.register(older, number))
+        fix = self._planner.fix()
+        self._fix = fix
+        self._memory.move(number, fix.pose)
+        jump = float(np.linalg.norm(fix.pose.translation - predicted.translation))
+        self._since_refresh += 1
+        if jump > _REFRESH_JUMP_M or self._since_refresh >= _REFRESH_EVERY:
+            self._memory.move_all(self._planner.estimates())
+            self._since_refresh = 0
+        self._taken(fix)
+
+
+def body_from_camera(scenario: Scenario, aim: Aim) -> Pose:
+    """The camera tilted, about the body's right axis, towards the nearest point of the surface as designed.
+
+    The wider field of view lies across the trackline: along the body's x-z plane for a body that strafes,
+    along its right axis for one that faces its way.
+    """
+    foot = scenario.surface.nearest(aim.position[None]).point[0]
+    towards = level(aim.heading_rad).T @ (foot - aim.position)
+    tilt = math.atan2(-towards[2], towards[0])
+    right = np.array([0.0, 1.0, 0.0])
+    axis = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
+    across = np.cross(right, axis)
+    x, y = (across, right) if scenario.survey.heading == "across" else (right, np.cross(axis, right))
+    return Pose(np.stack([x, y, axis], axis=1), np.zeros(3))
+
+
+class _Memory:
+    """What the vehicle remembers of its keyframes: where it believes them, how their cameras lay, what they
+    saw."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._eyes = np.empty((256, 3))
+        self._axes = np.empty((256, 3))
+        self._local = np.empty(256)
+        self._cameras: list[Pose] = []
+
+    def add(self, pose: Pose, camera: Pose, image: Image) -> None:
+        if self.count == len(self._eyes):
+            self._eyes = np.concatenate([self._eyes, np.empty_like(self._eyes)])
+            self._axes = np.concatenate([self._axes, np.empty_like(self._axes)])
+            self._local = np.concatenate([self._local, np.empty_like(self._local)])
+        self._cameras.append(camera)
+        self._local[self.count] = image.local
+        self.count += 1
+        self.move(self.count - 1, pose)
+
+    def move(self, number: int, pose: Pose) -> None:
+        camera = pose @ self._cameras[number]
+        self._eyes[number] = camera.translation
+        self._axes[number] = camera.rotation[:, 2]
+
+    def move_all(self, poses: list[Pose]) -> None:
+        for number, pose in enumerate(poses[: self.count]):
+            self.move(number, pose)
+
+    def proposals(self, links: Links, table: Array) -> list[int]:
+        """Earlier keyframes to register the newest with: by greatest P_L, then least distance, then lowest
+        number."""
+        newest = self.count - 1
+        baseline = np.linalg.norm(self._eyes[:newest] - self._eyes[newest], axis=1)
+        cosine = self._axes[:newest] @ self._axes[newest]
+        near = np.flatnonzero(
+            (baseline >= links.min_baseline_m)
+            & (baseline <= links.max_baseline_m)
+            & (cosine >= math.cos(links.max_view_angle_rad))
+        )
+        bins = np.minimum((self._local[near] * links.bins).astype(int), links.bins - 1)
+        own = min(int(self._local[newest] * links.bins), links.bins - 1)
+        order = np.lexsort((near, baseline[near], -table[bins, own]))
+        return [int(k) for k in near[order[: links.max_links]]]
