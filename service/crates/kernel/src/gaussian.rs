@@ -13,9 +13,7 @@ pub const SYMMETRY_TOLERANCE: f64 = 1e-9;
 /// Entries must be finite (`NotFinite`), mirrored ones equal within [`SYMMETRY_TOLERANCE`] (`NotSymmetric`; their mean
 /// is used) and every pivot positive (`CovarianceNotPositiveDefinite` says which and how far). A pivot within
 /// (D + 1) roundings of the variance it is left from is no evidence of a positive one and is refused too.
-pub fn cholesky<const D: usize>(
-    covariance: &SMatrix<f64, D, D>,
-) -> Result<SMatrix<f64, D, D>, KernelError> {
+pub fn cholesky<const D: usize>(covariance: &SMatrix<f64, D, D>) -> Result<SMatrix<f64, D, D>, KernelError> {
     validate_shape(covariance)?;
     let mut lower = SMatrix::<f64, D, D>::zeros();
     for column in 0..D {
@@ -121,4 +119,90 @@ fn validate_shape<const D: usize>(covariance: &SMatrix<f64, D, D>) -> Result<(),
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Matrix3, Matrix5, Matrix6};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing::covariances;
+
+    proptest! {
+        // Cholesky does not depend on the scale of the components, so what is left is the condition of the scaled
+        // covariance, below 1e3, times some 10 eps.
+        #[test]
+        fn whitening_makes_covariances_unit(sigma in covariances::<6>()) {
+            let whitening = square_root_information(&sigma).unwrap();
+            let unit = whitening * sigma * whitening.transpose();
+            prop_assert!((unit - Matrix6::identity()).amax() < 1e-11);
+            prop_assert_eq!(whitening.upper_triangle(), Matrix6::from_diagonal(&whitening.diagonal()));
+        }
+
+        // The determinant by LU is another method; here it stays within the range of a double.
+        #[test]
+        fn log_determinant_is_that_of_the_determinant(sigma in covariances::<5>()) {
+            let by_elimination = sigma.determinant().ln();
+            prop_assert!((log_determinant(&sigma).unwrap() - by_elimination).abs() < 1e-11);
+        }
+
+        // Taking more from one variance than the others leave it makes any covariance none; the pivot says how much.
+        #[test]
+        fn an_indefinite_matrix_is_refused_at_its_pivot(sigma in covariances::<5>(), index in 0..5usize) {
+            let lower = cholesky(&sigma).unwrap();
+            let left = lower[(index, index)] * lower[(index, index)];
+            let mut broken = sigma;
+            broken[(index, index)] -= 1.5 * left;
+            // A variance that is negative itself is refused before the others are looked at.
+            let expected = if broken[(index, index)] > 0.0 { -0.5 * left } else { broken[(index, index)] };
+            match cholesky(&broken) {
+                Err(KernelError::CovarianceNotPositiveDefinite { index: found, pivot, .. }) => {
+                    prop_assert_eq!(found, index);
+                    prop_assert!((pivot - expected).abs() < 1e-12 * sigma[(index, index)]);
+                }
+                other => prop_assert!(false, "{:?}", other),
+            }
+        }
+    }
+
+    #[test]
+    fn refusals_name_the_number() {
+        let mut sigma = Matrix5::identity();
+        sigma[(1, 3)] = f64::NAN;
+        assert!(matches!(validate(&sigma), Err(KernelError::NotFinite { index: 8, .. })));
+
+        let skewed = Matrix2::new(4.0, 0.5, 0.3, 1.0);
+        let Err(KernelError::NotSymmetric { row: 1, column: 0, difference_ratio }) = validate(&skewed) else {
+            panic!("accepted {skewed}");
+        };
+        assert!((difference_ratio - 0.1).abs() < 1e-15);
+
+        for variance in [0.0, -1.0, -0.0] {
+            let sigma = Matrix3::from_diagonal(&[1.0, variance, 1.0].into());
+            assert!(matches!(
+                validate(&sigma),
+                Err(KernelError::CovarianceNotPositiveDefinite { index: 1, .. })
+            ));
+        }
+    }
+
+    /// Fully correlated components: the rest is rounding, whatever its sign.
+    #[test]
+    fn a_singular_covariance_is_refused() {
+        let direction = nalgebra::Vector3::new(0.1, 0.7, 1.3);
+        let singular = direction * direction.transpose();
+        assert!(matches!(
+            validate(&singular),
+            Err(KernelError::CovarianceNotPositiveDefinite { index: 1, .. })
+        ));
+    }
+
+    /// Whoever computes A Sigma A^T gets mirrored entries that differ by roundings.
+    #[test]
+    fn rounding_is_no_asymmetry() {
+        let covariance = Matrix2::new(4.0, 0.5, 0.5 + 1e-12, 1.0);
+        let lower = cholesky(&covariance).unwrap();
+        assert!(((lower * lower.transpose())[(1, 0)] - (0.5 + 0.5e-12)).abs() < 1e-15);
+    }
 }

@@ -112,3 +112,6 @@ fn blocks(translation: &Matrix3<f64>, coupling: &Matrix3<f64>, rotation: &Matrix
 fn anticommutator(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     a * b + b * a
 }
+
+#[cfg(test)]
+mod tests;

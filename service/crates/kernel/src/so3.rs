@@ -60,8 +60,7 @@ pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
 /// theta < 2 pi, so at every result of [`log`]. Log(Exp(d) Exp(phi)) = phi + J_l^-1(phi) d to first order in d.
 pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     let hat = hat(phi);
-    Matrix3::identity() - hat * 0.5
-        + hat * hat * coefficients::second_of_inverse(phi.norm_squared()).value
+    Matrix3::identity() - hat * 0.5 + hat * hat * coefficients::second_of_inverse(phi.norm_squared()).value
 }
 
 /// J_r(phi) = J_l(-phi), with Exp(phi + d) = Exp(phi) Exp(J_r(phi) d) to first order in d.
@@ -72,4 +71,81 @@ pub fn right_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
 /// The inverse of [`right_jacobian`]: Log(Exp(phi) Exp(d)) = phi + J_r^-1(phi) d to first order in d.
 pub fn right_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     left_jacobian_inverse(&-phi)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing::{agree, rotation_vectors};
+
+    /// Sum of hat(phi)^k / (k + offset)!, the definition of Exp (offset 0) and of J_l (offset 1). For angles up to pi
+    /// the terms stay below 6 and the last of 40 below 1e-27.
+    fn power_series(phi: &Vector3<f64>, offset: u32) -> Matrix3<f64> {
+        let mut term = Matrix3::identity();
+        let mut sum = term;
+        for k in 1..40 {
+            term = hat(phi) * term / f64::from(k + offset);
+            sum += term;
+        }
+        sum
+    }
+
+    proptest! {
+        // The series rounds terms of up to 6, so its own error is some 20 eps.
+        #[test]
+        fn closed_forms_equal_the_series(phi in rotation_vectors()) {
+            let rotation = exp(&phi).to_rotation_matrix().into_inner();
+            prop_assert_eq!(agree(&rotation, &power_series(&phi, 0), 1e-14), Ok(()));
+            prop_assert_eq!(agree(&left_jacobian(&phi), &power_series(&phi, 1), 1e-14), Ok(()));
+            let right = power_series(&-phi, 1);
+            prop_assert_eq!(agree(&right_jacobian(&phi), &right, 1e-14), Ok(()));
+        }
+
+        // Half the angle is rounded once and its cosine near pi inherits 2e-16 absolute: some eps of the angle. The
+        // tolerance is relative to |phi| even for |phi| = 1e-18.
+        #[test]
+        fn log_undoes_exp_to_the_last_digits(phi in rotation_vectors()) {
+            let back = log(&exp(&phi));
+            prop_assert!((back - phi).norm() <= 8.0 * f64::EPSILON * phi.norm(), "{} {}", back, phi);
+        }
+
+        // A quaternion and its negative are the same rotation.
+        #[test]
+        fn log_does_not_see_the_sign_of_the_quaternion(phi in rotation_vectors()) {
+            let rotation = exp(&phi);
+            let negative = UnitQuaternion::new_unchecked(-rotation.into_inner());
+            prop_assert_eq!(log(&rotation), log(&negative));
+        }
+
+        // |J_l^-1| <= pi / 2 up to a half turn, so both products round some 10 eps.
+        #[test]
+        fn inverses_are_inverses(phi in rotation_vectors()) {
+            let left = left_jacobian(&phi) * left_jacobian_inverse(&phi);
+            let right = right_jacobian_inverse(&phi) * right_jacobian(&phi);
+            prop_assert_eq!(agree(&left, &Matrix3::identity(), 1e-14), Ok(()));
+            prop_assert_eq!(agree(&right, &Matrix3::identity(), 1e-14), Ok(()));
+        }
+
+        // Exp(J_l phi-scaled) laws: a rotation leaves its own axis alone, so all Jacobians do.
+        #[test]
+        fn the_axis_is_an_eigenvector(phi in rotation_vectors()) {
+            for jacobian in [left_jacobian(&phi), right_jacobian(&phi), left_jacobian_inverse(&phi)] {
+                prop_assert!((jacobian * phi - phi).norm() <= 8.0 * f64::EPSILON * phi.norm());
+            }
+        }
+    }
+
+    #[test]
+    fn a_half_turn_has_one_logarithm() {
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.0, 0.6, -0.8)] {
+            for sign in [1.0, -1.0] {
+                let half_turn = UnitQuaternion::new_unchecked(Quaternion::from_parts(0.0, axis * sign));
+                assert!((log(&half_turn) - axis * PI).norm() <= 2.0 * f64::EPSILON * PI);
+            }
+        }
+    }
 }

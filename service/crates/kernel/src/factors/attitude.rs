@@ -20,9 +20,7 @@ impl AttitudeMeasurement {
         let error = self.residual(pose).fixed_rows::<3>(0).into_owned();
         let rotation = pose.rotation.to_rotation_matrix().into_inner();
         let mut jacobian = Matrix6::zeros();
-        jacobian
-            .fixed_view_mut::<3, 3>(0, 3)
-            .copy_from(&(so3::left_jacobian_inverse(&error) * rotation));
+        jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&(so3::left_jacobian_inverse(&error) * rotation));
         jacobian
     }
 }

@@ -16,9 +16,7 @@ impl PositionMeasurement {
     /// t moves by R rho.
     pub fn jacobian(&self, pose: &Pose) -> Matrix6<f64> {
         let mut jacobian = Matrix6::zeros();
-        jacobian
-            .fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(pose.rotation.to_rotation_matrix().matrix());
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(pose.rotation.to_rotation_matrix().matrix());
         jacobian
     }
 }

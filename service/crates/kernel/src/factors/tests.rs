@@ -1,1 +1,3 @@
-
+mod geometry;
+mod jacobians;
+mod refusals;
