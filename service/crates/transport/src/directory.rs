@@ -1,0 +1,139 @@
+//! Which vehicle has which inbox. A vehicle stands here from its first accepted `op/configure` on.
+
+use crate::inbox::{Inbox, Refused};
+use crate::message::{Event, Incoming, Question};
+use pdn_schemas::ids::VehicleId;
+use pdn_schemas::problem::{Code, Problem};
+use pdn_schemas::topics::Topic;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{PoisonError, RwLock};
+use tokio::sync::mpsc;
+
+/// Something for a vehicle that is not known yet: a configuration, or an event that came too early.
+#[derive(Debug)]
+pub struct Knock {
+    /// Who.
+    pub vehicle: VehicleId,
+    /// What.
+    pub incoming: Incoming,
+}
+
+/// Where callbacks deliver to.
+#[derive(Debug)]
+pub struct Directory {
+    inboxes: RwLock<Option<BTreeMap<VehicleId, Inbox>>>,
+    lobby: mpsc::Sender<Knock>,
+    lost_knocks: AtomicU64,
+}
+
+impl Directory {
+    /// An empty directory, and the end at which someone answers for vehicles that are not in it.
+    pub fn new(lobby_messages: usize) -> (Directory, mpsc::Receiver<Knock>) {
+        let (lobby, knocks) = mpsc::channel(lobby_messages.max(1));
+        let inboxes = RwLock::new(Some(BTreeMap::new()));
+        (Directory { inboxes, lobby, lost_knocks: AtomicU64::new(0) }, knocks)
+    }
+
+    /// Adds a vehicle; false if the directory is closed.
+    pub fn add(&self, vehicle: VehicleId, inbox: Inbox) -> bool {
+        let mut inboxes = self.inboxes.write().unwrap_or_else(PoisonError::into_inner);
+        inboxes.as_mut().map(|inboxes| inboxes.insert(vehicle, inbox)).is_some()
+    }
+
+    /// Vehicles known.
+    pub fn len(&self) -> usize {
+        let inboxes = self.inboxes.read().unwrap_or_else(PoisonError::into_inner);
+        inboxes.as_ref().map_or(0, BTreeMap::len)
+    }
+
+    /// Whether no vehicle is known.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The inbox of a vehicle.
+    pub fn find(&self, vehicle: &VehicleId) -> Option<Inbox> {
+        let inboxes = self.inboxes.read().unwrap_or_else(PoisonError::into_inner);
+        inboxes.as_ref()?.get(vehicle).cloned()
+    }
+
+    /// Closes every inbox: what is in them is still taken, what comes now is answered `not_ready`.
+    pub fn close(&self) {
+        self.inboxes.write().unwrap_or_else(PoisonError::into_inner).take();
+    }
+
+    /// Delivers, or answers at once why not. An event for which there is no room is left to the client's outbox,
+    /// which sends it again because it is not acknowledged; the inbox counts it.
+    pub fn deliver(&self, vehicle: VehicleId, incoming: Incoming) {
+        let refused = {
+            let inboxes = self.inboxes.read().unwrap_or_else(PoisonError::into_inner);
+            match inboxes.as_ref() {
+                None => Some((Box::new(incoming), not_ready())),
+                Some(inboxes) => match inboxes.get(&vehicle) {
+                    Some(inbox) => inbox.offer(incoming).err().map(|(incoming, why)| match why {
+                        Refused::Full => (incoming, overloaded(&vehicle)),
+                        Refused::Gone => (incoming, gone(&vehicle)),
+                    }),
+                    None => self.knock(vehicle, incoming),
+                },
+            }
+        };
+        let Some((incoming, problem)) = refused else { return };
+        if let Incoming::Question(question) = *incoming {
+            question.answer.refuse(&problem);
+        }
+    }
+
+    /// Events for unknown vehicles that were dropped unseen since the last call.
+    pub fn lost_knocks(&self) -> u64 {
+        self.lost_knocks.swap(0, Ordering::Relaxed)
+    }
+
+    fn knock(&self, vehicle: VehicleId, incoming: Incoming) -> Option<(Box<Incoming>, Problem)> {
+        if matches!(&incoming, Incoming::Question(question) if question.topic != Topic::OpConfigure) {
+            let problem = unknown_vehicle(&vehicle);
+            return Some((Box::new(incoming), problem));
+        }
+        let incoming = self.lobby.try_send(Knock { vehicle, incoming }).err()?.into_inner();
+        self.lost_knocks.fetch_add(1, Ordering::Relaxed);
+        let problem = overloaded(&incoming.vehicle);
+        Some((Box::new(incoming.incoming), problem))
+    }
+}
+
+/// What is said of a vehicle that never configured a mission.
+pub fn unknown_vehicle(vehicle: &VehicleId) -> Problem {
+    let message =
+        format!("vehicle \"{vehicle}\" is not known; send a MissionConfig to its op/configure first");
+    Problem::new(Code::UnknownVehicle, message, None)
+}
+
+fn overloaded(vehicle: &VehicleId) -> Problem {
+    let message = format!(
+        "more waits for vehicle \"{vehicle}\" than incoming_messages or incoming_bytes allow; ask again in a while"
+    );
+    Problem::new(Code::Overloaded, message, None)
+}
+
+fn gone(vehicle: &VehicleId) -> Problem {
+    let message =
+        format!("the thread of vehicle \"{vehicle}\" has ended by a fault; see the log and start pdnd again");
+    Problem::new(Code::Internal, message, None)
+}
+
+fn not_ready() -> Problem {
+    Problem::new(Code::NotReady, "the service is shutting down; ask again once it is back", None)
+}
+
+impl From<Event> for Incoming {
+    fn from(event: Event) -> Incoming {
+        Incoming::Event(event)
+    }
+}
+
+impl From<Question> for Incoming {
+    fn from(question: Question) -> Incoming {
+        Incoming::Question(Box::new(question))
+    }
+}
