@@ -1,19 +1,40 @@
 //! The incremental maximum-a-posteriori estimate over all factors.
+//!
+//! Every keyframe has a linearisation point theta and a step delta; the estimate is theta * Exp(delta). The
+//! information matrix J^T W J is always that at the linearisation points. New factors are linearised there and eliminated;
+//! where the step exceeds a tolerance the linearisation point follows the estimate, and all of the keyframe's factors are
+//! linearised anew: Gauss-Newton on the part of the graph that moves \[Kaess 2012\]. Robust losses are weighed at the
+//! linearisation point, which makes it iteratively re-weighted least squares.
+
+mod blocks;
+mod factor_list;
+mod step;
 
 use nalgebra::Matrix6;
 
-use crate::elimination::Elimination;
+use crate::elimination::{Elimination, Solution};
 use crate::factors::Factor;
-use crate::se3::Pose;
+use crate::se3::{self, Pose};
 use crate::{KernelError, Node};
+use factor_list::FactorList;
+
+/// Steps are carried down the tree until they change by less than this share of `relinearize_above`. It leaves
+/// room for the lever arms by which a small turn of one keyframe shifts another.
+const PRUNE_SHARE: f64 = 1e-3;
 
 /// When a smoother re-linearises and when it stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmootherSettings {
-    /// A node is linearised anew once an entry of its step exceeds this, in m and rad.
+    /// A keyframe is linearised anew once an entry of its step exceeds this, in m and rad.
     pub relinearize_above: f64,
     /// Gauss-Newton steps of one `advance` at most.
     pub max_iterations: usize,
+}
+
+impl Default for SmootherSettings {
+    fn default() -> Self {
+        SmootherSettings { relinearize_above: 1e-7, max_iterations: 10 }
+    }
 }
 
 /// What one `advance` did.
@@ -23,89 +44,162 @@ pub struct AdvanceReport {
     pub iterations: usize,
     /// Whether every step is within `relinearize_above` of its linearisation point. If not, the next `advance` goes on.
     pub converged: bool,
-    /// Node linearisations that were made anew.
+    /// Keyframe linearisations that were made anew.
     pub relinearized: usize,
     /// Fronts eliminated.
     pub eliminated_fronts: usize,
     /// Keyframes in these fronts.
     pub eliminated_nodes: usize,
-    /// Steps that had to be shortened because the cost grew.
-    pub shortened_steps: usize,
+    /// Times a step was halved because the cost grew.
+    pub halvings: usize,
 }
 
-/// Incremental smoother; cloning is cheap.
+/// Incremental smoother; cloning is cheap, and a copy goes its own way.
 #[derive(Clone, Debug)]
-pub struct Smoother {}
+pub struct Smoother {
+    settings: SmootherSettings,
+    factors: FactorList,
+    /// Factors up to this one are in the elimination.
+    linearized_factors: usize,
+    linearizations: Vec<Pose>,
+    steps: Solution,
+    elimination: Elimination,
+    /// Keyframes whose step is beyond the tolerance.
+    restless: Vec<u32>,
+}
 
 impl Smoother {
     /// An empty smoother.
     pub fn new(settings: SmootherSettings) -> Smoother {
-        let _ = settings;
-        unimplemented!()
+        Smoother {
+            settings,
+            factors: FactorList::default(),
+            linearized_factors: 0,
+            linearizations: Vec::new(),
+            steps: Solution::default(),
+            elimination: Elimination::default(),
+            restless: Vec::new(),
+        }
     }
 
-    /// Adds a node with its first estimate; factors must tie it before the next `advance`.
+    /// Adds a keyframe with its first estimate; factors must tie it before the next `advance`.
     pub fn add_keyframe(&mut self, world_from_body: Pose) -> Node {
-        let _ = world_from_body;
-        unimplemented!()
+        self.linearizations.push(world_from_body);
+        self.steps.add_node();
+        self.factors.add_node();
+        self.elimination.system_mut().add_node()
     }
 
-    /// Adds a factor between nodes that exist.
+    /// Adds a factor, which the next `advance` takes in. Errors: [`KernelError::UnknownNode`].
     pub fn add_factor(&mut self, factor: Factor) -> Result<(), KernelError> {
-        let _ = factor;
-        unimplemented!()
+        let (first, second) = factor.nodes();
+        for node in std::iter::once(first).chain(second) {
+            if node.index() >= self.len() {
+                return Err(KernelError::UnknownNode { node, nodes: self.len() });
+            }
+        }
+        self.factors.push(factor);
+        Ok(())
     }
 
-    /// Eliminates what was touched and steps until the estimate is at the optimum.
+    /// Takes in what was added and steps until the estimate is at the optimum, or `max_iterations` is reached.
+    ///
+    /// Cost: the fronts that new factors and moving keyframes touch, and those above them. A step that is large and makes
+    /// the cost grow is halved until it does not. Errors: [`KernelError::NotPositiveDefinite`] where the factors leave a
+    /// keyframe free, and those of [`Factor::linearize`]. After an error only a copy made before can be used.
     pub fn advance(&mut self) -> Result<AdvanceReport, KernelError> {
-        unimplemented!()
+        let mut report = AdvanceReport::default();
+        let (mut touched, mut new_pairs) = self.take_in_factors()?;
+        let mut moving = std::mem::take(&mut self.restless);
+        let prune = PRUNE_SHARE * self.settings.relinearize_above;
+        while !(touched.is_empty() && moving.is_empty()) {
+            if report.iterations >= self.settings.max_iterations {
+                self.restless = moving;
+                return Ok(report);
+            }
+            if !moving.is_empty() {
+                report.halvings += self.follow(&moving)?;
+                report.relinearized += moving.len();
+                touched.extend(self.linearize_around(&moving)?);
+                touched.sort_unstable();
+                touched.dedup();
+            }
+            let update = if new_pairs {
+                self.elimination.restructure(&touched, &mut self.steps, prune)?
+            } else {
+                self.elimination.refresh(&touched, &mut self.steps, prune)?
+            };
+            report.iterations += 1;
+            report.eliminated_fronts += update.eliminated_fronts;
+            report.eliminated_nodes += update.eliminated_nodes;
+            (touched, new_pairs) = (Vec::new(), false);
+            moving = update.visited;
+            moving.retain(|&node| self.steps.value(node).amax() > self.settings.relinearize_above);
+            moving.sort_unstable();
+        }
+        report.converged = true;
+        Ok(report)
     }
 
     /// Number of keyframes.
     pub fn len(&self) -> usize {
-        unimplemented!()
+        self.linearizations.len()
     }
 
     /// True if there is no keyframe yet.
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.linearizations.is_empty()
     }
 
-    /// The estimate: linearisation point times the exponential of its remaining step.
+    /// When this smoother re-linearises and when it stops.
+    pub fn settings(&self) -> SmootherSettings {
+        self.settings
+    }
+
+    /// Changes when this smoother re-linearises. Keyframes beyond a smaller tolerance move at the next `advance`.
+    pub fn set_settings(&mut self, settings: SmootherSettings) {
+        self.settings = settings;
+        let beyond = |&node: &u32| self.steps.value(node).amax() > settings.relinearize_above;
+        self.restless = (0..self.len() as u32).filter(beyond).collect();
+    }
+
+    /// The estimate `world_from_body`: linearisation point times the exponential of its remaining step. The node must exist.
     pub fn estimate(&self, node: Node) -> Pose {
-        let _ = node;
-        unimplemented!()
+        self.linearizations[node.index()] * se3::exp(self.steps.value(node.0))
     }
 
-    /// The linearisation point of one node.
+    /// The linearisation point of one keyframe, which must exist.
     pub fn linearization(&self, node: Node) -> &Pose {
-        let _ = node;
-        unimplemented!()
+        &self.linearizations[node.index()]
     }
 
-    /// The linearisation points of all nodes, in their order.
+    /// The linearisation points of all keyframes, in their order.
     pub fn linearizations(&self) -> &[Pose] {
-        unimplemented!()
+        &self.linearizations
     }
 
     /// All factors, in the order of addition.
     pub fn factors(&self) -> impl Iterator<Item = &Factor> {
-        std::iter::empty()
+        self.factors.iter()
     }
 
-    /// Sum of the weighted squared residuals at the estimate, without 1/2.
+    /// Sum of w r^T Sigma^-1 r over all factors at the estimate, without 1/2. Cost: all factors.
     pub fn chi2(&self) -> Result<f64, KernelError> {
-        unimplemented!()
+        self.factors.iter().map(|factor| self.chi2_of(factor, |node| self.estimate(node))).sum()
     }
 
-    /// The information matrix at the linearisation points and its elimination.
+    /// The information matrix at the linearisation points and its elimination, as of the last `advance`.
     pub fn elimination(&self) -> &Elimination {
-        unimplemented!()
+        &self.elimination
     }
 
     /// Marginal covariance of one keyframe, `[rho; phi]`, at the linearisation points.
     pub fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
-        let _ = node;
-        unimplemented!()
+        self.elimination.marginal(node)
+    }
+
+    fn chi2_of(&self, factor: &Factor, pose: impl Fn(Node) -> Pose) -> Result<f64, KernelError> {
+        let (first, second) = factor.nodes();
+        factor.chi2(&pose(first), second.map(pose).as_ref())
     }
 }

@@ -1,0 +1,266 @@
+//! Expected covariance of a path: only the fronts it touches are eliminated again.
+
+use std::ops::Range;
+
+use nalgebra::{Cholesky, Matrix6};
+
+use super::along;
+use super::assembly::{Assembly, NONE};
+use super::chain::Chain;
+use super::homes::{self, TOP};
+use super::system::BlockSystem;
+use super::tree::Tree;
+use super::update_stack::UpdateStack;
+use super::virtual_path::{LinkWeight, VirtualLink, VirtualPath};
+use crate::{KernelError, Node};
+
+/// Buffers that expected covariances are computed in; one a thread, reused from call to call.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    pub(super) assembly: Assembly,
+    pub(super) chain: Chain,
+    is_linked: Vec<bool>,
+    /// Place in `chain.kept` of each virtual node (by node - 1).
+    kept_place: Vec<u32>,
+    anchors: Vec<(u32, u32)>,
+    pub(super) homes: Vec<u32>,
+    /// Touched fronts, children before parents, then `TOP`.
+    pub(super) touched: Vec<u32>,
+    /// Place in `touched` of each of them's parent, but for `TOP`.
+    pub(super) parents: Vec<u32>,
+    /// Place of each front in `touched`, else `NONE`.
+    place: Vec<u32>,
+    /// Links that count, and kept nodes, by the place of the front they belong to.
+    links: Vec<(u32, u32)>,
+    homed: Vec<(u32, u32)>,
+    updates: UpdateStack,
+    pub(super) record: along::Record,
+}
+
+/// What is needed of the elimination.
+#[derive(Clone, Copy)]
+pub(super) struct Ground<'a> {
+    pub tree: &'a Tree,
+    pub system: &'a BlockSystem,
+}
+
+impl Workspace {
+    /// Covariance of the terminal node. With `record`, the factors of all touched fronts are kept.
+    pub(super) fn terminal(
+        &mut self,
+        ground: Ground,
+        path: &VirtualPath,
+        weight: LinkWeight,
+        record: bool,
+    ) -> Result<Matrix6<f64>, KernelError> {
+        self.attach(ground, path, weight)?;
+        self.record.clear();
+        self.updates.clear();
+        let (mut next_link, mut next_homed) = (0, 0);
+        for index in 0..self.touched.len() {
+            let links = take_group(&self.links, index as u32, &mut next_link);
+            let homed = take_group(&self.homed, index as u32, &mut next_homed);
+            self.eliminate(ground, path, weight, self.touched[index], links, homed, record)?;
+        }
+        let information = self.assembly.last_pivot();
+        Ok(Cholesky::new(information).expect("a pivot that was accepted is positive definite").inverse())
+    }
+
+    /// Finds what the path touches: kept nodes, their homes, the fronts in order.
+    fn attach(&mut self, ground: Ground, path: &VirtualPath, weight: LinkWeight) -> Result<(), KernelError> {
+        let count = path.unary.len();
+        self.is_linked.clear();
+        self.is_linked.resize(count, false);
+        let counts = |link: &VirtualLink| weight.of(link) > 0.0;
+        for link in path.links.iter().filter(|link| counts(link)) {
+            self.is_linked[link.node as usize - 1] = true;
+        }
+        self.chain.reduce(path, &self.is_linked)?;
+        self.kept_place.clear();
+        self.kept_place.resize(count, NONE);
+        for (place, &node) in self.chain.kept.iter().enumerate() {
+            self.kept_place[node as usize - 1] = place as u32;
+        }
+
+        let tree = ground.tree;
+        self.anchors.clear();
+        self.anchors.push((0, tree.front_of(path.robot.0)));
+        for link in path.links.iter().filter(|link| counts(link)) {
+            self.anchors.push((self.kept_place[link.node as usize - 1], tree.front_of(link.keyframe.0)));
+        }
+        homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
+        self.order_touched(tree);
+
+        let place = &self.place;
+        self.links.clear();
+        for (index, link) in path.links.iter().enumerate().filter(|(_, link)| counts(link)) {
+            self.links.push((place[tree.front_of(link.keyframe.0) as usize], index as u32));
+        }
+        self.links.sort_unstable();
+        let top = self.touched.len() as u32 - 1;
+        self.homed.clear();
+        for (kept, &home) in self.homes.iter().enumerate() {
+            let at = if home == TOP { top } else { place[home as usize] };
+            self.homed.push((at, kept as u32));
+        }
+        self.homed.sort_unstable();
+        self.parents.clear();
+        for &front in &self.touched[..top as usize] {
+            let parent = tree.parent(front);
+            self.parents.push(if parent == TOP { top } else { self.place[parent as usize] });
+        }
+        for &front in &self.touched[..top as usize] {
+            self.place[front as usize] = NONE;
+        }
+        Ok(())
+    }
+
+    /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the subtree of
+    /// each comes in one piece right before it.
+    fn order_touched(&mut self, tree: &Tree) {
+        self.place.resize(tree.id_bound().max(self.place.len()), NONE);
+        self.touched.clear();
+        let mut roots: Vec<u32> = Vec::new();
+        let mut found: Vec<u32> = Vec::new();
+        for &(_, front) in &self.anchors {
+            let mut id = front;
+            while id != TOP && self.place[id as usize] == NONE {
+                self.place[id as usize] = 0;
+                found.push(id);
+                if tree.parent(id) == TOP {
+                    roots.push(id);
+                }
+                id = tree.parent(id);
+            }
+        }
+        // Parents first, then reversed: a depth-first order without recursion.
+        let mut waiting = roots;
+        while let Some(id) = waiting.pop() {
+            self.touched.push(id);
+            waiting.extend(tree.front(id).shape.children.iter().filter(|&&child| self.place[child as usize] != NONE));
+        }
+        self.touched.reverse();
+        for (place, &id) in self.touched.iter().enumerate() {
+            self.place[id as usize] = place as u32;
+        }
+        self.touched.push(TOP);
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one front's share of a path has this many parts")]
+    fn eliminate(
+        &mut self,
+        ground: Ground,
+        path: &VirtualPath,
+        weight: LinkWeight,
+        front: u32,
+        links: Range<usize>,
+        homed: Range<usize>,
+        record: bool,
+    ) -> Result<(), KernelError> {
+        let base = ground.system.len() as u32;
+        let shape = (front != TOP).then(|| &*ground.tree.front(front).shape);
+        let (frontal, separator, children) = shape
+            .map_or((&[][..], &[][..], &[][..]), |shape| (&shape.frontal[..], &shape.separator[..], &shape.children[..]));
+        let below = self.updates.first_below(ground.tree, front);
+        let holds_robot = frontal.contains(&path.robot.0);
+
+        // Virtual nodes that pass through: joined here, eliminated further up.
+        let mut passing: Vec<u32> = Vec::new();
+        passing.extend(self.links[links.clone()].iter().map(|&(_, link)| {
+            self.kept_place[path.links[link as usize].node as usize - 1]
+        }));
+        if holds_robot {
+            passing.push(0);
+        }
+        for entry in below..self.updates.len() {
+            passing.extend(self.updates.ids(entry).iter().filter(|&&id| id >= base).map(|&id| id - base));
+        }
+        for &(_, kept) in &self.homed[homed.clone()] {
+            passing.extend((kept > 0).then(|| kept - 1));
+            passing.extend((kept as usize + 1 < self.homes.len()).then_some(kept + 1));
+        }
+        passing.sort_unstable();
+        passing.dedup();
+        passing.retain(|&kept| homes::is_above(ground.tree, self.homes[kept as usize], front));
+
+        let virtual_frontal = || self.homed[homed.clone()].iter().map(|&(_, kept)| base + kept);
+        let ids = frontal.iter().copied().chain(virtual_frontal());
+        let ids = ids.chain(separator.iter().copied()).chain(passing.iter().map(|&kept| base + kept));
+        let frontal_count = frontal.len() + homed.len();
+        self.assembly.begin(ids, frontal_count, base as usize + self.homes.len());
+
+        let (chain, updates, homes) = (&self.chain, &self.updates, &self.homes);
+        let (links, homed) = (&self.links[links], &self.homed[homed]);
+        let kept_place = &self.kept_place;
+        let put_together = |assembly: &mut Assembly| {
+            assembly.add_system(ground.system, frontal);
+            for &(_, link) in links {
+                let link = &path.links[link as usize];
+                let scale = weight.of(link);
+                assembly.add_diagonal(link.keyframe.0, &(link.information.first * scale));
+                let id = base + kept_place[link.node as usize - 1];
+                assembly.add_cross(link.keyframe.0, id, &(link.information.cross * scale));
+                assembly.add_diagonal(id, &(link.information.second * scale));
+            }
+            if holds_robot {
+                assembly.add_diagonal(path.robot.0, &chain.joins[0].first);
+                assembly.add_cross(path.robot.0, base, &chain.joins[0].cross);
+                assembly.add_diagonal(base, &chain.joins[0].second);
+            }
+            for &(_, kept) in homed {
+                assembly.add_diagonal(base + kept, &path.unary[chain.kept[kept as usize] as usize - 1]);
+            }
+            add_joins(assembly, chain, homed, homes, base);
+            for &child in children {
+                if !updates.holds(below, child) {
+                    let child = ground.tree.front(child);
+                    assembly.add_update(&child.shape.separator, &child.update);
+                }
+            }
+            for entry in below..updates.len() {
+                assembly.add_update(updates.ids(entry), updates.values(entry));
+            }
+        };
+        put_together(&mut self.assembly);
+        self.assembly.eliminate(put_together).map_err(|(id, pivot)| match id.checked_sub(base) {
+            None => KernelError::NotPositiveDefinite { node: Node(id), pivot },
+            Some(kept) => KernelError::VirtualNotPositiveDefinite { node: chain.kept[kept as usize], pivot },
+        })?;
+        self.updates.replace(below, front, &self.assembly);
+        if record {
+            self.record.push(&self.assembly);
+        }
+        Ok(())
+    }
+}
+
+/// Adds the information between neighbours along the path of which one is eliminated here and the other not
+/// before.
+fn add_joins(assembly: &mut Assembly, chain: &Chain, homed: &[(u32, u32)], homes: &[u32], base: u32) {
+    for &(_, kept) in homed {
+        let here = homes[kept as usize];
+        if kept > 0 && assembly.has(base + kept - 1) {
+            add_join(assembly, chain, kept, base);
+        }
+        // If the next node is eliminated here too, its own turn adds what joins them.
+        if homes.get(kept as usize + 1).is_some_and(|&next| next != here) && assembly.has(base + kept + 1) {
+            add_join(assembly, chain, kept + 1, base);
+        }
+    }
+}
+
+fn add_join(assembly: &mut Assembly, chain: &Chain, kept: u32, base: u32) {
+    let join = &chain.joins[kept as usize];
+    assembly.add_diagonal(base + kept - 1, &join.first);
+    assembly.add_cross(base + kept - 1, base + kept, &join.cross);
+    assembly.add_diagonal(base + kept, &join.second);
+}
+
+/// The next entries that belong to a front's place in the order.
+fn take_group(sorted: &[(u32, u32)], place: u32, next: &mut usize) -> Range<usize> {
+    let start = *next;
+    while sorted.get(*next).is_some_and(|&(at, _)| at == place) {
+        *next += 1;
+    }
+    start..*next
+}

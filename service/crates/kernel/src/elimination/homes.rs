@@ -1,0 +1,56 @@
+//! At which front each virtual node is eliminated.
+
+use super::assembly::NONE;
+use super::tree::Tree;
+
+/// The place above all roots, where the terminal node is eliminated.
+pub(super) const TOP: u32 = NONE;
+
+/// The lowest front that is at or above both. `TOP` if there is none.
+///
+/// Levels grow towards the root, so of two different fronts the one of the lower level is not above the other.
+pub(super) fn common(tree: &Tree, one: u32, other: u32) -> u32 {
+    let (mut one, mut other) = (one, other);
+    while one != other {
+        if one == TOP || other == TOP {
+            return TOP;
+        }
+        if tree.front(one).shape.level <= tree.front(other).shape.level {
+            one = tree.parent(one);
+        } else {
+            other = tree.parent(other);
+        }
+    }
+    one
+}
+
+/// Whether a home is strictly above a front, given that one of them is above the other or they are the same.
+pub(super) fn is_above(tree: &Tree, home: u32, front: u32) -> bool {
+    front != TOP && (home == TOP || tree.front(home).shape.level > tree.front(front).shape.level)
+}
+
+/// The home of each kept virtual node: at or above all fronts in `anchors` that it is tied to, on one way to the root with
+/// the homes of its neighbours along the path, and `TOP` for the last.
+///
+/// `anchors` are pairs of a kept node's place and a front, in any order. Neighbours that are not on one way are
+/// brought there by raising the later one to what they have in common; a raise never breaks another such
+/// relation, since what is above or below a front is above or below all that is above it, or on the way there.
+pub(super) fn homes(tree: &Tree, count: usize, anchors: &[(u32, u32)], homes: &mut Vec<u32>) {
+    const UNSET: u32 = NONE - 1;
+    homes.clear();
+    homes.resize(count, UNSET);
+    for &(kept, front) in anchors {
+        let home = &mut homes[kept as usize];
+        *home = if *home == UNSET { front } else { common(tree, *home, front) };
+    }
+    if let Some(last) = homes.last_mut() {
+        *last = TOP;
+    }
+    for place in 1..count {
+        let (before, home) = (homes[place - 1], homes[place]);
+        let shared = common(tree, before, home);
+        if shared != before && shared != home {
+            homes[place] = shared;
+        }
+    }
+}

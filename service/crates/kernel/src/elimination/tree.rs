@@ -1,0 +1,262 @@
+//! The tree of fronts: which parts stay and which are eliminated anew.
+
+use std::sync::Arc;
+
+use super::assembly::{Assembly, NONE};
+use super::dissection;
+use super::front::{Front, Shape};
+use super::graph::Graph;
+use super::symbolic::{self, Part};
+use super::system::BlockSystem;
+use crate::KernelError;
+
+/// Beyond this share of the nodes it costs little more to order and eliminate all of them, and the tree is better.
+const MOST_DISSOLVED: f64 = 0.5;
+
+/// All fronts. A front's id stays while the front does; ids of removed fronts are used again.
+///
+/// Every front below a front is eliminated before it. Copies share the fronts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tree {
+    fronts: Vec<Option<Arc<Front>>>,
+    parents: Vec<u32>,
+    unused: Vec<u32>,
+    /// The front that eliminates each node.
+    front_of: Vec<u32>,
+    /// Operations of eliminating every front once.
+    flops: f64,
+}
+
+/// Scratch of restructuring: local indices of nodes, marks of fronts.
+#[derive(Debug, Default)]
+pub(super) struct TreeScratch {
+    local: Vec<u32>,
+    marked: Vec<bool>,
+    pub assembly: Assembly,
+}
+
+impl Tree {
+    pub(super) fn front(&self, id: u32) -> &Front {
+        self.fronts[id as usize].as_ref().expect("ids in use have a front")
+    }
+
+    /// The front above, or `NONE`.
+    pub(super) fn parent(&self, id: u32) -> u32 {
+        self.parents[id as usize]
+    }
+
+    /// The front that eliminates a node, or `NONE` if the node is not in the tree yet.
+    pub(super) fn front_of(&self, node: u32) -> u32 {
+        self.front_of.get(node as usize).copied().unwrap_or(NONE)
+    }
+
+    /// Number of nodes that are eliminated somewhere in the tree.
+    pub(super) fn nodes(&self) -> usize {
+        self.front_of.len()
+    }
+
+    /// Ids go up to this number, exclusive.
+    pub(super) fn id_bound(&self) -> usize {
+        self.fronts.len()
+    }
+
+    /// Ids in use, ascending.
+    pub(super) fn ids(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..self.fronts.len() as u32).filter(|&id| self.fronts[id as usize].is_some())
+    }
+
+    /// Fronts without a parent, ascending.
+    pub(super) fn roots(&self) -> impl Iterator<Item = u32> + '_ {
+        self.ids().filter(|&id| self.parent(id) == NONE)
+    }
+
+    pub(super) fn flops(&self) -> f64 {
+        self.flops
+    }
+
+    /// Eliminates again, in their shapes, the fronts of these nodes and everything above them. For changed
+    /// numbers without new pairs of nodes. After an error the tree must not be used. Returns the fronts, parents before children.
+    pub(super) fn refresh(
+        &mut self,
+        system: &BlockSystem,
+        touched: &[u32],
+        scratch: &mut TreeScratch,
+    ) -> Result<Vec<u32>, KernelError> {
+        let mut ids = self.upward(touched, scratch);
+        ids.sort_unstable_by_key(|&id| (self.front(id).shape.level, id));
+        for &id in &ids {
+            let shape = self.front(id).shape.clone();
+            let children = shape.children.clone();
+            let below = children.iter().map(|&child| self.front(child));
+            let front = Front::eliminate(shape, system, below, &mut scratch.assembly)?;
+            self.fronts[id as usize] = Some(Arc::new(front));
+        }
+        ids.reverse();
+        Ok(ids)
+    }
+
+    /// Takes in new nodes and pairs: the fronts of the touched nodes and everything above them are dissolved,
+    /// their nodes ordered anew together with the new ones, the highest node last, and eliminated; the subtrees
+    /// below stay as they are. If more than `MOST_DISSOLVED` of all nodes are concerned, everything is ordered anew.
+    /// Nothing changes on an error. Returns the new fronts, parents before children.
+    pub(super) fn restructure(
+        &mut self,
+        system: &BlockSystem,
+        touched: &[u32],
+        scratch: &mut TreeScratch,
+    ) -> Result<Vec<u32>, KernelError> {
+        let mut dissolved = self.upward(touched, scratch);
+        dissolved.sort_unstable();
+        let dissolved_nodes: usize = dissolved.iter().map(|&id| self.front(id).shape.frontal.len()).sum();
+        if dissolved_nodes as f64 > MOST_DISSOLVED * self.front_of.len() as f64 {
+            dissolved = self.ids().collect();
+        }
+        let mut nodes: Vec<u32> = (self.front_of.len() as u32..system.len() as u32).collect();
+        let mut orphans: Vec<u32> = Vec::new();
+        for &id in &dissolved {
+            let shape = &self.front(id).shape;
+            nodes.extend(&shape.frontal);
+            orphans.extend(shape.children.iter().filter(|child| dissolved.binary_search(child).is_err()));
+        }
+        nodes.sort_unstable();
+        let symbolic = self.analyse(system, &nodes, &orphans, scratch);
+
+        let mut ids: Vec<u32> = dissolved.clone();
+        let mut unused = self.unused.clone();
+        let mut bound = self.fronts.len() as u32;
+        while ids.len() < symbolic.len() {
+            ids.push(unused.pop().unwrap_or_else(|| {
+                bound += 1;
+                bound - 1
+            }));
+        }
+        let spare = ids.split_off(symbolic.len());
+        unused.extend(spare.iter().rev());
+
+        let mut made: Vec<Front> = Vec::with_capacity(symbolic.len());
+        for front in &symbolic {
+            let made_below = front.children.iter().map(|&child| &made[child as usize]);
+            let kept_below = front.orphans.iter().map(|&orphan| self.front(orphans[orphan as usize]));
+            let below = made_below.chain(kept_below);
+            let made_ids = front.children.iter().map(|&child| ids[child as usize]);
+            let shape = Arc::new(Shape {
+                frontal: front.frontal.iter().map(|&local| nodes[local as usize]).collect(),
+                separator: front.separator.iter().map(|&local| nodes[local as usize]).collect(),
+                children: made_ids.chain(front.orphans.iter().map(|&orphan| orphans[orphan as usize])).collect(),
+                level: below.clone().map(|child| child.shape.level + 1).max().unwrap_or(0),
+            });
+            made.push(Front::eliminate(shape, system, below, &mut scratch.assembly)?);
+        }
+
+        for &id in &dissolved {
+            self.flops -= self.front(id).shape.flops();
+            self.fronts[id as usize] = None;
+        }
+        self.fronts.resize(bound as usize, None);
+        self.parents.resize(bound as usize, NONE);
+        self.front_of.resize(system.len(), NONE);
+        self.unused = unused;
+        for (front, &id) in made.into_iter().zip(&ids) {
+            self.parents[id as usize] = NONE;
+            for &child in &front.shape.children {
+                self.parents[child as usize] = id;
+            }
+            for &node in &front.shape.frontal {
+                self.front_of[node as usize] = id;
+            }
+            self.flops += front.shape.flops();
+            self.fronts[id as usize] = Some(Arc::new(front));
+        }
+        ids.reverse();
+        Ok(ids)
+    }
+
+    /// Orders and eliminates everything anew. Nothing changes on an error.
+    pub(super) fn rebuild(&mut self, system: &BlockSystem, scratch: &mut TreeScratch) -> Result<Vec<u32>, KernelError> {
+        let mut tree = Tree::default();
+        let ids = tree.restructure(system, &[], scratch)?;
+        *self = tree;
+        Ok(ids)
+    }
+
+    /// The fronts of these nodes and everything above them, each once.
+    fn upward(&self, nodes: &[u32], scratch: &mut TreeScratch) -> Vec<u32> {
+        scratch.marked.resize(self.fronts.len(), false);
+        let mut found = Vec::new();
+        for &node in nodes {
+            let mut id = self.front_of(node);
+            while id != NONE && !scratch.marked[id as usize] {
+                scratch.marked[id as usize] = true;
+                found.push(id);
+                id = self.parent(id);
+            }
+        }
+        for &id in &found {
+            scratch.marked[id as usize] = false;
+        }
+        found
+    }
+
+    /// Orders these nodes, given the subtrees that hang below them, and groups them into fronts.
+    fn analyse(
+        &self,
+        system: &BlockSystem,
+        nodes: &[u32],
+        orphans: &[u32],
+        scratch: &mut TreeScratch,
+    ) -> Vec<symbolic::SymbolicFront> {
+        let local = &mut scratch.local;
+        local.resize(system.len(), NONE);
+        for (index, &node) in nodes.iter().enumerate() {
+            local[node as usize] = index as u32;
+        }
+        let mut offsets = vec![0];
+        let mut targets = Vec::new();
+        for &node in nodes {
+            let inside = system.neighbours(node).iter().map(|neighbour| local[neighbour.node as usize]);
+            targets.extend(inside.filter(|&index| index != NONE));
+            offsets.push(targets.len() as u32);
+        }
+        let separators: Vec<Vec<u32>> = orphans
+            .iter()
+            .map(|&id| self.front(id).shape.separator.iter().map(|&node| local[node as usize]).collect())
+            .collect();
+        for &node in nodes {
+            local[node as usize] = NONE;
+        }
+        let last = (nodes.last() == Some(&(system.len() as u32 - 1))).then(|| nodes.len() as u32 - 1);
+        let order = if separators.is_empty() {
+            dissection::order(&Graph::unweighted(offsets.clone(), targets.clone()), last)
+        } else {
+            dissection::order(&with_cliques(&offsets, &targets, &separators), last)
+        };
+        symbolic::analyse(&Part { order: &order, offsets: &offsets, targets: &targets, orphans: &separators })
+    }
+}
+
+/// The graph in which each orphan's separator is a clique, as its elimination has left it.
+fn with_cliques(offsets: &[u32], targets: &[u32], separators: &[Vec<u32>]) -> Graph {
+    let count = offsets.len() - 1;
+    let mut holders: Vec<Vec<u32>> = vec![Vec::new(); count];
+    for (index, separator) in separators.iter().enumerate() {
+        for &vertex in separator {
+            holders[vertex as usize].push(index as u32);
+        }
+    }
+    let mut seen = vec![NONE; count];
+    let mut all_offsets = vec![0];
+    let mut all_targets = Vec::new();
+    for vertex in 0..count as u32 {
+        seen[vertex as usize] = vertex;
+        let own = &targets[offsets[vertex as usize] as usize..offsets[vertex as usize + 1] as usize];
+        let filled = holders[vertex as usize].iter().flat_map(|&index| &separators[index as usize]);
+        for &other in own.iter().chain(filled) {
+            if seen[other as usize] != vertex {
+                seen[other as usize] = vertex;
+                all_targets.push(other);
+            }
+        }
+        all_offsets.push(all_targets.len() as u32);
+    }
+    Graph::unweighted(all_offsets, all_targets)
+}
