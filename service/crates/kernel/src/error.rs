@@ -82,11 +82,46 @@ pub enum KernelError {
     },
 
     /// The graph leaves some motion of a keyframe undetermined.
-    #[error("the information of keyframe {node}, given what was eliminated before it, has pivot {pivot:e}; it must be positive")]
+    #[error(
+        "the information of keyframe {node}, given what was eliminated before it, has pivot {pivot:e}; it must be positive"
+    )]
     NotPositiveDefinite {
         /// The keyframe at which the factorisation stopped.
         node: Node,
         /// The pivot found there.
         pivot: f64,
+    },
+
+    /// A virtual node of a path is left without information in some direction.
+    #[error(
+        "the information of virtual node {node}, given what was eliminated before it, has pivot {pivot:e}; it must be positive"
+    )]
+    VirtualNotPositiveDefinite {
+        /// The virtual node, 1 to n.
+        node: u32,
+        /// The pivot found there.
+        pivot: f64,
+    },
+
+    /// A node that is not in the graph.
+    #[error("keyframe {node} is not among the {nodes} of the graph")]
+    UnknownNode {
+        /// The node asked for.
+        node: Node,
+        /// Number of nodes.
+        nodes: usize,
+    },
+
+    /// The parts of a virtual path do not fit together.
+    #[error(
+        "a path needs at least one virtual node, as many steps as nodes, and links to its own nodes: {unary} nodes, {steps} steps, links fit: {links_fit}"
+    )]
+    PathShape {
+        /// Number of virtual nodes.
+        unary: usize,
+        /// Number of steps.
+        steps: usize,
+        /// Whether every link names a node from 1 to the number of nodes.
+        links_fit: bool,
     },
 }

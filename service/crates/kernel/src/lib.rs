@@ -14,7 +14,7 @@
 //!
 //! [`so3`] and [`se3`] are the groups; [`gaussian`] checks covariances and whitens; [`loss`] weighs outliers down;
 //! [`factors`] are the kinds of measurement with their Jacobians; [`information`] is what a measurement yet to be
-//! made will tell.
+//! made will tell; [`elimination`] solves the sparse system of them; [`smoother`] keeps the estimate as factors come.
 
 mod error;
 pub mod so3;
@@ -29,6 +29,10 @@ pub mod loss;
 pub mod factors;
 
 pub mod information;
+
+pub mod elimination;
+
+pub mod smoother;
 
 #[cfg(test)]
 mod testing;

@@ -80,6 +80,20 @@ impl BlockSystem {
         found.is_none()
     }
 
+    /// The right-hand side of a node.
+    pub fn right_hand_side(&self, node: Node) -> &Vector6<f64> {
+        &self.diagonal(node.0).rhs
+    }
+
+    /// All blocks of the lower node's rows and the higher node's columns, the diagonal ones included.
+    pub fn blocks(&self) -> impl Iterator<Item = (Node, Node, Matrix6<f64>)> + '_ {
+        (0..self.len() as u32).flat_map(move |node| {
+            let later = self.neighbours(node).iter().filter(move |neighbour| neighbour.node > node);
+            let pairs = later.map(move |neighbour| (Node(node), Node(neighbour.node), *self.edge_block(neighbour.edge)));
+            std::iter::once((Node(node), Node(node), self.diagonal(node).block)).chain(pairs)
+        })
+    }
+
     /// Sets a node's diagonal block and right-hand side to zero.
     pub(crate) fn clear_diagonal(&mut self, node: u32) {
         self.diagonal[node as usize] = Diagonal { block: Matrix6::zeros(), rhs: Vector6::zeros() };

@@ -1,0 +1,176 @@
+//! The elimination against dense linear algebra on random graphs.
+
+mod support;
+
+use pdn_kernel::elimination::{BlockSystem, Elimination, LinkWeight, Workspace};
+use pdn_kernel::{KernelError, Node};
+use support::*;
+
+/// Both answers lose about condition number times 1e-16; these systems have conditions up to 1e5.
+const TOLERANCE: f64 = 1e-9;
+
+const SIZES: [usize; 9] = [1, 2, 3, 7, 20, 49, 60, 130, 200];
+
+fn each_system(mut check: impl FnMut(BlockSystem, &mut Random, String)) {
+    for kind in 0..5 {
+        for (index, &nodes) in SIZES.iter().enumerate() {
+            let mut random = Random::new((100 * kind + index) as u64);
+            let system = random_system(kind, nodes, &mut random);
+            check(system, &mut random, format!("shape {kind}, {nodes} nodes"));
+        }
+    }
+}
+
+#[test]
+fn solution_and_marginals_equal_the_dense_inverse() {
+    each_system(|system, _, what| {
+        let (matrix, right) = dense(&system);
+        let covariance = inverse(matrix);
+        let expected = &covariance * right;
+        let elimination = Elimination::of(system).expect(&what);
+        for (node, found) in elimination.solve().iter().enumerate() {
+            let wanted = expected.fixed_rows::<6>(6 * node).into_owned();
+            let greatest = expected.amax();
+            assert!((found - wanted).amax() <= TOLERANCE * greatest, "{what}, node {node}");
+        }
+        for (node, found) in elimination.marginals().expect(&what).iter().enumerate() {
+            let wanted = block(&covariance, node, node);
+            let difference = scaled_difference(found, &wanted);
+            assert!(difference <= TOLERANCE, "{what}, node {node}: {difference:e}");
+            let alone = elimination.marginal(Node(node as u32)).expect(&what);
+            let difference = scaled_difference(&alone, &wanted);
+            assert!(difference <= TOLERANCE, "{what}, node {node} alone: {difference:e}");
+        }
+    });
+}
+
+#[test]
+fn expected_covariances_equal_the_dense_inverse() {
+    let mut workspace = Workspace::default();
+    each_system(|system, random, what| {
+        let elimination = Elimination::of(system).expect(&what);
+        for (count, links) in [(1, 0), (1, 2), (2, 1), (9, 0), (9, 3), (9, 40), (30, 12)] {
+            let path = random_path(elimination.len(), count, links, random);
+            for weight in [LinkWeight::Expected, LinkWeight::All, LinkWeight::None] {
+                let what = format!("{what}, {count} virtual nodes, {links} links, {weight:?}");
+                let covariance = inverse(dense_with_path(elimination.system(), &path, weight));
+                let found = elimination.expected_covariance(&path, weight, true, &mut workspace).expect(&what);
+                let terminal =
+                    elimination.expected_covariance(&path, weight, false, &mut workspace).expect(&what).terminal;
+                assert_eq!(terminal, found.terminal, "{what}");
+                let last = elimination.len() + count - 1;
+                let difference = scaled_difference(&terminal, &block(&covariance, last, last));
+                assert!(difference <= TOLERANCE, "{what}: {difference:e}");
+                assert_eq!(found.along.len(), count);
+                for (index, found) in found.along.iter().enumerate() {
+                    let at = elimination.len() + index;
+                    let difference = scaled_difference(found, &block(&covariance, at, at));
+                    assert!(difference <= TOLERANCE, "{what}, virtual node {}: {difference:e}", index + 1);
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn an_elimination_is_the_same_after_a_candidate() {
+    let mut random = Random::new(1);
+    let elimination = Elimination::of(random_system(2, 100, &mut random)).expect("anchored");
+    let before = elimination.marginals().expect("anchored");
+    let path = random_path(100, 20, 10, &mut random);
+    let mut workspace = Workspace::default();
+    let first = elimination.expected_covariance(&path, LinkWeight::Expected, true, &mut workspace);
+    assert_eq!(elimination.marginals().expect("anchored"), before);
+    // A used workspace gives the same bits as a new one.
+    let again = elimination.expected_covariance(&path, LinkWeight::Expected, true, &mut Workspace::default());
+    assert_eq!(first, again);
+}
+
+#[test]
+fn a_part_without_anchor_is_named() {
+    for kind in 0..4 {
+        let mut random = Random::new(7);
+        let mut system = random_system(kind, 40, &mut random);
+        for _ in 40..60 {
+            system.add_node();
+        }
+        for node in 41..60 {
+            add_pair(&mut system, node - 1, node, &mut random);
+        }
+        // A pair with exactly opposite Jacobians leaves the common motion of nodes 40 to 59 free; random pairs do not
+        // need an anchor to be singular: 19 pairs of 6 rows cannot determine 20 nodes.
+        match Elimination::of(system).expect_err("nodes 40 to 59 are free") {
+            KernelError::NotPositiveDefinite { node, pivot } => {
+                assert!((40..60).contains(&node.0), "{node}");
+                assert!(pivot.abs() < 1e-10, "{pivot:e}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+}
+
+#[test]
+fn a_node_without_information_is_named() {
+    let mut random = Random::new(3);
+    let mut system = random_system(0, 10, &mut random);
+    let lonely = system.add_node();
+    let error = Elimination::of(system).expect_err("one node has no information");
+    assert_eq!(error, KernelError::NotPositiveDefinite { node: lonely, pivot: 0.0 });
+}
+
+#[test]
+fn negative_information_of_a_path_is_an_error_with_its_node() {
+    let mut random = Random::new(4);
+    let elimination = Elimination::of(random_system(2, 30, &mut random)).expect("anchored");
+    for (links, weight) in [(0, LinkWeight::Expected), (30, LinkWeight::All)] {
+        let mut path = random_path(30, 6, links, &mut random);
+        path.unary[2] = -1e3 * random.positive();
+        let found = elimination.expected_covariance(&path, weight, false, &mut Workspace::default());
+        match found.expect_err("its information is negative") {
+            KernelError::VirtualNotPositiveDefinite { pivot, .. } => assert!(pivot < 0.0, "{pivot:e}"),
+            other => panic!("{other}"),
+        }
+    }
+}
+
+#[test]
+fn bad_paths_are_refused() {
+    let mut random = Random::new(5);
+    let elimination = Elimination::of(random_system(0, 5, &mut random)).expect("anchored");
+    let path = random_path(5, 3, 2, &mut random);
+    let mut workspace = Workspace::default();
+    let mut refused = |path| elimination.expected_covariance(&path, LinkWeight::All, false, &mut workspace).is_err();
+    assert!(!refused(path.clone()));
+    let mut short = path.clone();
+    short.steps.pop();
+    assert!(refused(short));
+    let mut outside = path.clone();
+    outside.links[0].node = 4;
+    assert!(refused(outside));
+    let mut unknown = path.clone();
+    unknown.links[0].keyframe = Node(5);
+    assert!(refused(unknown));
+    let mut nowhere = path;
+    nowhere.robot = Node(5);
+    assert!(refused(nowhere));
+    assert!(elimination.marginal(Node(5)).is_err());
+}
+
+#[test]
+fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
+    let run = || {
+        let mut random = Random::new(6);
+        let nodes = 100_000;
+        let elimination = Elimination::of(random_system(0, nodes, &mut random)).expect("anchored");
+        let marginals = elimination.marginals().expect("anchored");
+        let last = elimination.marginal(Node(nodes as u32 - 1)).expect("anchored");
+        assert!(scaled_difference(&marginals[nodes - 1], &last) < TOLERANCE);
+        assert_eq!(elimination.solve().len(), nodes);
+        let path = random_path(nodes, 20, 10, &mut random);
+        let found = elimination.expected_covariance(&path, LinkWeight::All, true, &mut Workspace::default());
+        assert_eq!(found.expect("anchored").along.len(), 20);
+        // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves' own paths.
+        assert!(elimination.statistics().height < 80, "{:?}", elimination.statistics());
+    };
+    std::thread::Builder::new().stack_size(256 * 1024).spawn(run).expect("a thread starts").join().expect("no overflow");
+}
