@@ -1,11 +1,12 @@
 //! What the robot would know of its pose after a round trip, or after one more step [PDN12, eqs. 1, 3, 4].
 
 use crate::error::PlanningError;
-use crate::registration::links;
+use crate::registration::{Link, links};
 use crate::round_trip::RoundTrip;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{Snapshot, SnapshotKeyframe};
 use nalgebra::{Matrix5, Matrix6, Vector5};
 use pdn_kernel::elimination::{LinkWeight, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::information::PairInformation;
 use pdn_kernel::se3::{Pose, adjoint};
 use pdn_kernel::{Node, information};
 use rayon::prelude::*;
@@ -78,7 +79,7 @@ pub fn expect(
     trip: &RoundTrip,
     workspace: &mut Workspace,
 ) -> Result<Belief, PlanningError> {
-    let path = virtual_path(snapshot, &trip.poses)?;
+    let path = virtual_path(snapshot, trip)?;
     let mut covariance =
         |weight, along| snapshot.elimination.expected_covariance(&path, weight, along, workspace);
     let expected = covariance(LinkWeight::Expected, true)?;
@@ -93,30 +94,43 @@ pub fn expect(
     })
 }
 
-/// Lambda_odo, Lambda_cam and the absolute sensors' information of virtual nodes 1..n at the given poses, with
-/// virtual node 0 at the robot. Successive poses must be at different places.
+/// Lambda_odo, Lambda_cam and the absolute sensors' information of a round trip [PDN12, eqs. 1, 3], with virtual
+/// node 0 at the robot.
 ///
 /// # Errors
-/// [`PlanningError::NoKeyframe`]; the kernel's finding about a sigma or a baseline.
-pub fn virtual_path(snapshot: &Snapshot, poses: &[Pose]) -> Result<VirtualPath, PlanningError> {
+/// [`PlanningError::NoKeyframe`]; the kernel's finding about a baseline.
+pub fn virtual_path(snapshot: &Snapshot, trip: &RoundTrip) -> Result<VirtualPath, PlanningError> {
     let robot = snapshot.robot()?;
     let start = snapshot.keyframe(robot).world_from_body;
-    let mut path = VirtualPath { robot, unary: Vec::new(), steps: Vec::new(), links: Vec::new() };
-    let mut previous = start;
-    for (pose, node) in poses.iter().zip(1_u32..) {
-        path.steps.push(information::odometry(&previous, pose, &odometry_weight(snapshot, &previous, pose)));
-        path.unary.push(absolute_information(snapshot, pose));
-        path.links.extend(virtual_links(snapshot, pose, node)?);
-        previous = *pose;
+    let steps = std::iter::once(&start).chain(&trip.poses).zip(&trip.poses);
+    let mut path = VirtualPath {
+        robot,
+        unary: trip.poses.iter().map(|pose| absolute_information(snapshot, pose)).collect(),
+        steps: steps.map(|(from, to)| expected_odometry(snapshot, from, to)).collect(),
+        links: Vec::new(),
+    };
+    let mut at_places: Vec<Vec<(Link, PairInformation)>> = Vec::with_capacity(trip.poses.len());
+    for (index, pose) in trip.poses.iter().enumerate() {
+        let at_place = match trip.outbound_of(index) {
+            Some(outbound) => at_places[outbound].clone(),
+            None => expected_registrations(snapshot, pose)?,
+        };
+        path.links.extend(at_place.iter().map(|(link, information)| VirtualLink {
+            node: index as u32 + 1,
+            keyframe: link.keyframe,
+            information: *information,
+            probability: link.probability,
+        }));
+        at_places.push(at_place);
     }
     Ok(path)
 }
 
-/// Square root of Q^-1, with Q = diag(sigma^2) d and d the distance between the nodes [PDN12, eq. 1].
-fn odometry_weight(snapshot: &Snapshot, from: &Pose, to: &Pose) -> Matrix6<f64> {
+/// H^T Q^-1 H with Q = diag(sigma^2) d, d the distance between the nodes [PDN12, eq. 1].
+fn expected_odometry(snapshot: &Snapshot, from: &Pose, to: &Pose) -> PairInformation {
     let distance_m = (to.translation.vector - from.translation.vector).norm();
     let sigmas = snapshot.settings.odometry_sigmas_per_sqrt_m * distance_m.sqrt();
-    Matrix6::from_diagonal(&sigmas.map(|sigma| 1.0 / sigma))
+    information::odometry(from, to, &Matrix6::from_diagonal(&sigmas.map(|sigma| 1.0 / sigma)))
 }
 
 /// Attitude: rows R on phi, in world axes; depth: third row of R on rho. Zero with `expect_absolute` off.
@@ -136,22 +150,21 @@ fn absolute_information(snapshot: &Snapshot, pose: &Pose) -> Matrix6<f64> {
 }
 
 /// H^T R^-1 H of each registration that a virtual node may expect [PDN12, eq. 3].
-fn virtual_links(snapshot: &Snapshot, pose: &Pose, node: u32) -> Result<Vec<VirtualLink>, PlanningError> {
+fn expected_registrations(
+    snapshot: &Snapshot,
+    pose: &Pose,
+) -> Result<Vec<(Link, PairInformation)>, PlanningError> {
     let settings = &snapshot.settings;
-    let [direction, rotation] = [settings.direction_sigma_rad, settings.rotation_sigma_rad].map(|s| 1.0 / s);
+    let [direction, rotation] = [settings.direction_sigma_rad, settings.rotation_sigma_rad].map(f64::recip);
     let weight = Matrix5::from_diagonal(&Vector5::new(direction, direction, rotation, rotation, rotation));
     let nearest = snapshot.nearest(&pose.translation.vector)?;
     let body_from_camera = &snapshot.keyframe(nearest).body_from_camera;
-    let virtual_link = |link: crate::registration::Link| {
-        let target = snapshot.keyframe(link.keyframe);
-        let information = information::camera(
-            &target.world_from_body,
-            &target.body_from_camera,
-            pose,
-            body_from_camera,
-            &weight,
-        )?;
-        Ok(VirtualLink { node, keyframe: link.keyframe, information, probability: link.probability })
+    let with_information = |link: Link| {
+        let SnapshotKeyframe { world_from_body, body_from_camera: target_from_camera, .. } =
+            snapshot.keyframe(link.keyframe);
+        let information =
+            information::camera(world_from_body, target_from_camera, pose, body_from_camera, &weight)?;
+        Ok((link, information))
     };
-    links(snapshot, pose, nearest).into_iter().map(virtual_link).collect()
+    links(snapshot, pose, nearest).into_iter().map(with_information).collect()
 }

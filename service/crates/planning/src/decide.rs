@@ -9,7 +9,7 @@ use crate::reward::{Scale, choose};
 use crate::round_trip::{RoundTrip, along_points, along_route};
 use crate::settings::{check_positive, check_share};
 use crate::snapshot::Snapshot;
-use crate::waypoint::{Waypoint, waypoints};
+use crate::waypoint::{goals, waypoints};
 use nalgebra::Vector3;
 
 /// Decides what the vehicle should do next, with every number behind it.
@@ -31,17 +31,16 @@ pub fn decide(
     let robot = robot(snapshot)?;
     let exploration = scale.exploration(expect_exploration(snapshot)?)?; // eqs. 5 to 8, k = 0
 
-    let goals: Vec<&Waypoint> = waypoints(snapshot)?.iter().filter(|waypoint| waypoint.candidate).collect(); // III.B
-    let trips = goals.iter().zip(0..).filter_map(|(goal, index)| {
-        goal.route.as_ref().map(|route| along_route(snapshot, route, index)) // III.C
-    });
+    let goals = goals(snapshot)?; // III.B
+    let trips = goals.iter().zip(0..).map(|((_, route), index)| along_route(snapshot, route, index)); // III.C
     let trips = trips.collect::<Result<Vec<RoundTrip>, _>>()?;
     let beliefs = expect_all(snapshot, &trips, pool, stop)?; // eqs. 1 to 4
 
-    let revisits = goals.iter().map(|goal| Some(*goal)).zip(&trips).zip(&beliefs);
-    let candidates = candidates(snapshot, &scale, &exploration, revisits)?; // eqs. 5 to 8
+    let revisits = goals.iter().map(|(waypoint, _)| Some(*waypoint)).zip(&trips).zip(&beliefs);
+    let candidates = candidates(snapshot, &scale, &exploration, revisits)?; // eqs. 5 to 8, k > 0
     let unfinished = goals.iter().zip(&beliefs).filter(|(_, belief)| belief.is_none());
-    let not_evaluated: Vec<u64> = unfinished.map(|(goal, _)| goal.keyframe).collect();
+    let not_evaluated: Vec<u64> = unfinished.map(|((waypoint, _), _)| waypoint.keyframe).collect();
+
     let action = choose(&exploration, &candidates); // eq. 9
     let reason = reason(snapshot, &action, &exploration, &candidates, waypoints(snapshot)?, &not_evaluated);
     Ok(Decision {

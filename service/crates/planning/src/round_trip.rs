@@ -22,8 +22,16 @@ pub struct RoundTrip {
     /// Length of the way out, m.
     pub one_way_m: f64,
     /// `world_from_body` of the virtual nodes 1..n: outbound, then the same places inbound; the last one is the
-    /// robot's pose. Node i and node n - i are the same place, and n is even and at least 2.
+    /// robot's pose. n is even and at least 2, and nodes i and n - i are the same place.
     pub poses: Vec<Pose>,
+}
+
+impl RoundTrip {
+    /// The index in `poses` of the outbound node at the same place as an inbound one; none for an outbound node
+    /// and for the last.
+    pub fn outbound_of(&self, index: usize) -> Option<usize> {
+        (self.poses.len().checked_sub(index + 2)).filter(|&outbound| outbound < index)
+    }
 }
 
 /// The round trip along a route. `path` is what an error calls it.

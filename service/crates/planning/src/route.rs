@@ -9,11 +9,8 @@ use crate::error::PlanningError;
 use crate::registration::view_angle_rad;
 use crate::snapshot::Snapshot;
 use pathfinding::directed::dijkstra::dijkstra_partial;
-use pathfinding::num_traits::Zero;
 use pdn_kernel::Node;
-use std::cmp::Ordering;
 use std::collections::BTreeSet;
-use std::ops::Add;
 
 /// Edge radius in medians of the distance of consecutive keyframes, where the mission names none.
 const EDGE_RADIUS_IN_SPACINGS: f64 = 2.6;
@@ -31,8 +28,8 @@ pub struct Route {
 ///
 /// Two keyframes are connected if they are closer than `edge_radius_m` (2.6 times the median distance of
 /// consecutive keyframes) and either their optical axes differ by `max_view_angle_rad` at most or the vehicle
-/// itself went from one to the other: a plate has two sides. An edge costs (2 - S_L(target)) * distance. Among
-/// routes of equal cost the one whose last keyframes have the lower ids is taken.
+/// itself went from one to the other: a plate has two sides. An edge costs (2 - S_L(target)) * distance. Where
+/// routes of equal cost meet, the one from the keyframe of lower id is taken.
 ///
 /// Cost: one search with n log n over the keyframes nearer than the goals.
 ///
@@ -52,12 +49,12 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
     );
     let cost = |node: Node| match reached.get(&node) {
         Some(&(_, cost)) => Some(cost),
-        None => (node == robot).then_some(Cost::zero()),
+        None => (node == robot).then_some(0),
     };
     let predecessor = |node: Node| {
         let arrived = cost(node)?;
         let is_tied = |other: Node| {
-            cost(other).is_some_and(|there| there < arrived && there + network.edge(other, node) == arrived)
+            cost(other).is_some_and(|there| there < arrived && there + network.cost(other, node) == arrived)
         };
         let tied = network.connected_to(node).into_iter().find(|&other| is_tied(other));
         tied.or_else(|| reached.get(&node).map(|&(parent, _)| parent))
@@ -104,7 +101,7 @@ impl Network<'_> {
                 let limit_rad = self.snapshot.settings.max_view_angle_rad;
                 other != node
                     && nanometres(distance_m) < nanometres(self.radius_m)
-                    && (self.went.contains(&(node, other)) || view_angle_rad(&camera, &other_camera()) <= limit_rad)
+                    && (view_angle_rad(&camera, &other_camera()) <= limit_rad || self.went.contains(&(node, other)))
             })
             .map(|(other, _)| other)
             .collect();
@@ -112,52 +109,18 @@ impl Network<'_> {
         connected
     }
 
-    fn edges_from(&self, node: Node) -> Vec<(Node, Cost)> {
-        self.connected_to(node).into_iter().map(|target| (target, self.edge(node, target))).collect()
+    fn edges_from(&self, node: Node) -> Vec<(Node, i128)> {
+        self.connected_to(node).into_iter().map(|target| (target, self.cost(node, target))).collect()
     }
 
-    fn edge(&self, node: Node, target: Node) -> Cost {
-        Cost((2.0 - self.snapshot.keyframe(target).saliency.local) * self.distance_m(node, target))
+    /// In whole picometres: sums of integers are exact, so routes tie or do not, whatever the order of addition.
+    fn cost(&self, node: Node, target: Node) -> i128 {
+        let cost_m = (2.0 - self.snapshot.keyframe(target).saliency.local) * self.distance_m(node, target);
+        (cost_m * 1e12).round() as i128
     }
 
     fn distance_m(&self, node: Node, other: Node) -> f64 {
         let place = |node| self.snapshot.keyframe(node).world_from_body.translation.vector;
         (place(other) - place(node)).norm()
-    }
-}
-
-/// A cost in metres of salient way, totally ordered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Cost(f64);
-
-impl Eq for Cost {}
-
-impl PartialOrd for Cost {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Cost {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-impl Add for Cost {
-    type Output = Cost;
-
-    fn add(self, other: Cost) -> Cost {
-        Cost(self.0 + other.0)
-    }
-}
-
-impl Zero for Cost {
-    fn zero() -> Self {
-        Cost(0.0)
-    }
-
-    fn is_zero(&self) -> bool {
-        self.0 == 0.0
     }
 }

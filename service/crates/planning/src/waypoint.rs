@@ -3,12 +3,16 @@
 use crate::cluster::{Point, dbscan};
 use crate::distance::nanometres;
 use crate::error::PlanningError;
+use crate::round_trip::SAME_PLACE_M;
 use crate::route::{Route, routes};
 use crate::snapshot::{Snapshot, keep};
 use nalgebra::Matrix6;
 use pdn_kernel::se3::Pose;
-use pdn_kernel::{Node, gaussian};
+use pdn_kernel::{KernelError, Node, gaussian};
 use std::collections::BTreeMap;
+
+/// One in so many keyframes is few: then their marginals are found one by one.
+const FEW: usize = 32;
 
 /// A cluster of salient keyframes, and the one that represents it.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +41,12 @@ pub struct Waypoint {
 /// [`PlanningError::NoKeyframe`], or the kernel's finding about the graph.
 pub fn waypoints(snapshot: &Snapshot) -> Result<&[Waypoint], PlanningError> {
     let found = keep(&snapshot.derived.waypoints, || {
-        let mut chosen: Vec<Waypoint> =
-            clusters(snapshot).into_iter().map(|members| represent(snapshot, members)).collect::<Result<_, _>>()?;
+        let clusters = clusters(snapshot);
+        let marginals = Marginals::of(snapshot, clusters.iter().map(Vec::len).sum())?;
+        let mut chosen = clusters
+            .into_iter()
+            .map(|members| represent(snapshot, &marginals, members))
+            .collect::<Result<Vec<Waypoint>, _>>()?;
         chosen.sort_by_key(|waypoint| waypoint.keyframe);
         let goals: Vec<Node> = chosen.iter().map(|waypoint| waypoint.node).collect();
         for (waypoint, route) in chosen.iter_mut().zip(routes(snapshot, &goals)?) {
@@ -48,6 +56,15 @@ pub fn waypoints(snapshot: &Snapshot) -> Result<&[Waypoint], PlanningError> {
         Ok(chosen)
     })?;
     Ok(found)
+}
+
+/// The waypoints that decisions consider, with their routes, in the order of their keyframes' ids.
+///
+/// # Errors
+/// As [`waypoints`].
+pub fn goals(snapshot: &Snapshot) -> Result<Vec<(&Waypoint, &Route)>, PlanningError> {
+    let considered = waypoints(snapshot)?.iter().filter(|waypoint| waypoint.candidate);
+    Ok(considered.filter_map(|waypoint| Some((waypoint, waypoint.route.as_ref()?))).collect())
 }
 
 /// Clusters of the salient set, each as sorted nodes with their keyframes' ids.
@@ -66,10 +83,14 @@ fn clusters(snapshot: &Snapshot) -> Vec<Vec<(u64, Node)>> {
 }
 
 /// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose; ties to the lower id.
-fn represent(snapshot: &Snapshot, members: Vec<(u64, Node)>) -> Result<Waypoint, PlanningError> {
+fn represent(
+    snapshot: &Snapshot,
+    marginals: &Marginals,
+    members: Vec<(u64, Node)>,
+) -> Result<Waypoint, PlanningError> {
     let uncertainties: Vec<f64> = members
         .iter()
-        .map(|&(_, node)| sixth_root_determinant(&snapshot.elimination.marginal(node)?))
+        .map(|&(_, node)| sixth_root_determinant(&marginals.marginal(node)?))
         .collect::<Result<_, PlanningError>>()?;
     let least = uncertainties.iter().copied().fold(f64::INFINITY, f64::min);
     let score = |index: usize| {
@@ -94,13 +115,38 @@ fn represent(snapshot: &Snapshot, members: Vec<(u64, Node)>) -> Result<Waypoint,
     })
 }
 
+/// Marginals of the clusters' keyframes: all of the graph in one pass, or one by one where few are needed.
+enum Marginals<'a> {
+    All(Vec<Matrix6<f64>>),
+    Single(&'a Snapshot),
+}
+
+impl Marginals<'_> {
+    fn of(snapshot: &Snapshot, needed: usize) -> Result<Marginals<'_>, PlanningError> {
+        Ok(if needed * FEW < snapshot.keyframes.len() {
+            Marginals::Single(snapshot)
+        } else {
+            Marginals::All(snapshot.elimination.marginals()?)
+        })
+    }
+
+    fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
+        match self {
+            Marginals::All(marginals) => Ok(marginals[node.index()]),
+            Marginals::Single(snapshot) => snapshot.elimination.marginal(node),
+        }
+    }
+}
+
 /// |Sigma|^(1/6), from the logarithm of the determinant.
 fn sixth_root_determinant(covariance: &Matrix6<f64>) -> Result<f64, PlanningError> {
     Ok((gaussian::log_determinant(covariance)? / 6.0).exp())
 }
 
-/// A route of no length leads nowhere, whatever `min_revisit_m` says.
+/// Long enough, and not all at the robot's place, whatever `min_revisit_m` says.
 fn is_worth_a_detour(snapshot: &Snapshot, route: &Route) -> bool {
-    let length = nanometres(route.one_way_m);
-    length > 0 && length >= nanometres(snapshot.settings.min_revisit_m)
+    let place = |node: Node| snapshot.keyframe(node).world_from_body.translation.vector;
+    let away_m = |node: Node| (place(node) - place(route.keyframes[0])).norm();
+    nanometres(route.one_way_m) >= nanometres(snapshot.settings.min_revisit_m)
+        && route.keyframes.iter().any(|&node| away_m(node) >= SAME_PLACE_M)
 }
