@@ -20,7 +20,7 @@ from .session import DEFAULT_ENDPOINT, open_session
 from .stream import POST_TIMEOUT_S, MissionStream, OnRejected
 from .watch import Watch
 
-M = TypeVar("M", bound=wire.Message)
+M = TypeVar("M")
 
 TIMEOUT_S = 10.0
 """Longest wait for an answer unless a call says otherwise, s."""
@@ -309,7 +309,7 @@ class Client:
         kind: type[M],
         timeout_s: float | None,
         *,
-        message: wire.Message | None = None,
+        message: object | None = None,
         deadline_ms: int | None = None,
         **parameters: object,
     ) -> M:
@@ -323,7 +323,7 @@ class Client:
     def _send(
         self,
         topic: wire.Topic,
-        message: wire.Message | None,
+        message: object | None,
         kind: type[M],
         timeout_s: float | None,
         **parameters: object,

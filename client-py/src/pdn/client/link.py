@@ -14,7 +14,7 @@ from pdn import wire
 from .errors import BadReply, PlannerAbsent, Timeout, refused
 from .outbox import Entry
 
-M = TypeVar("M", bound=wire.Message)
+M = TypeVar("M")
 
 RETRY_FIRST_S = 0.02
 RETRY_LAST_S = 0.5

@@ -8,6 +8,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from pdn import wire
 from pdn.client.errors import ConnectionFailed, PdnError, PlannerAbsent, Timeout
 
 FAILED = 1
@@ -37,7 +38,7 @@ class Commands(TyperGroup):
         """Runs the command; with `--debug` errors keep their traceback."""
         try:
             return super().invoke(ctx)
-        except (PdnError, CommandFailed, OSError) as error:
+        except (PdnError, CommandFailed, wire.WireError, OSError) as error:
             if ctx.params.get("debug"):
                 raise
             print(f"Error: {error}", file=sys.stderr)

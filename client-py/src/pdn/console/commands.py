@@ -1,0 +1,14 @@
+"""The console's part of the command line."""
+
+from __future__ import annotations
+
+import typer
+
+from . import import_g2o, mission, watch
+
+
+def register(app: typer.Typer) -> None:
+    """Adds `mission`, `watch` and `import-g2o`."""
+    mission.register(app)
+    watch.register(app)
+    import_g2o.register(app)
