@@ -4,12 +4,12 @@
 //! |---|---|---|
 //! | prior | Log(Z^-1 X) | 6 |
 //! | odometry, relative | Log(Z^-1 X_i^-1 X_j) | 6 |
-//! | camera | \[b1.u; b2.u; Log(R_Z^T R)\], u and R of camera j seen from camera i | 5 |
+//! | camera | [b1.u; b2.u; Log(R_Z^T R)], u and R of camera j seen from camera i | 5 |
 //! | attitude | Log(R Z^T), world axes; the heading row is dropped when unobserved | 3 or 2 |
 //! | depth | t_z - z | 1 |
 //! | position | t - z, world axes; the depth row is dropped when unobserved | 3 or 2 |
 //!
-//! Jacobians are with respect to right perturbations X = X_hat * Exp(\[rho; phi\]) of each pose.
+//! Jacobians are with respect to right perturbations X = X_hat * Exp([rho; phi]) of each pose.
 
 pub(crate) mod attitude;
 pub(crate) mod camera;
@@ -62,7 +62,7 @@ pub enum FactorKind {
 pub struct Linearized {
     /// sqrt(w) W r.
     pub residual: Vector6<f64>,
-    /// sqrt(w) W dr/dxi for the first and the second pose, xi = \[rho; phi\] on the right.
+    /// sqrt(w) W dr/dxi for the first and the second pose, xi = [rho; phi] on the right.
     pub jacobians: [Matrix6<f64>; 2],
 }
 

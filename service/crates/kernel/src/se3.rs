@@ -32,7 +32,7 @@ pub fn log(pose: &Pose) -> Vector6<f64> {
     join(&(so3::left_jacobian_inverse(&phi) * pose.translation.vector), &phi)
 }
 
-/// Ad(X) = [[R, \[t\] R], [0, R]], with X Exp(xi) X^-1 = Exp(Ad(X) xi).
+/// Ad(X) = [[R, hat(t) R], [0, R]], with X Exp(xi) X^-1 = Exp(Ad(X) xi).
 ///
 /// ```
 /// use nalgebra::{Matrix6, Vector3, Vector6};
@@ -50,7 +50,7 @@ pub fn adjoint(pose: &Pose) -> Matrix6<f64> {
 
 /// J_l with Exp(xi + d) = Exp(J_l(xi) d) Exp(xi) to first order in d: [[J, D], [0, J]], J the left Jacobian of SO(3) at
 /// phi and D its derivative along rho,
-/// D = b \[rho\] + c (\[phi\]\[rho\] + \[rho\]\[phi\]) + (phi . rho) (b' \[phi\] + c' \[phi\]^2),
+/// D = b hat(rho) + c (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) (b' hat(phi) + c' hat(phi)^2),
 /// b = (1 - cos theta) / theta^2, c = (theta - sin theta) / theta^3, and ' the derivative by theta over theta.
 pub fn left_jacobian(xi: &Vector6<f64>) -> Matrix6<f64> {
     let (rho, phi) = parts(xi);
@@ -66,7 +66,7 @@ pub fn left_jacobian(xi: &Vector6<f64>) -> Matrix6<f64> {
 }
 
 /// The inverse of [`left_jacobian`]: [[K, E], [0, K]], K the inverse left Jacobian of SO(3) at phi and E its derivative
-/// along rho, E = -\[rho\] / 2 + e (\[phi\]\[rho\] + \[rho\]\[phi\]) + (phi . rho) e' \[phi\]^2,
+/// along rho, E = -hat(rho) / 2 + e (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) e' hat(phi)^2,
 /// e = (1 - x cot x) / theta^2, x = theta / 2. Regular for theta < 2 pi.
 pub fn left_jacobian_inverse(xi: &Vector6<f64>) -> Matrix6<f64> {
     let (rho, phi) = parts(xi);

@@ -49,14 +49,14 @@ pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
 
 /// J_l with Exp(phi + d) = Exp(J_l(phi) d) Exp(phi) to first order in d.
 ///
-/// J_l = I + (1 - cos theta) / theta^2 [phi] + (theta - sin theta) / theta^3 [phi]^2, by series near zero.
+/// J_l = I + (1 - cos theta) / theta^2 hat(phi) + (theta - sin theta) / theta^3 hat(phi)^2, by series near zero.
 pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
     let s = phi.norm_squared();
     let hat = hat(phi);
     Matrix3::identity() + hat * coefficients::first(s).value + hat * hat * coefficients::second(s).value
 }
 
-/// The inverse of [`left_jacobian`]: I - [phi] / 2 + (1 - x cot x) / theta^2 [phi]^2, x = theta / 2; regular for
+/// The inverse of [`left_jacobian`]: I - hat(phi) / 2 + (1 - x cot x) / theta^2 hat(phi)^2, x = theta / 2; regular for
 /// theta < 2 pi, so at every result of [`log`]. Log(Exp(d) Exp(phi)) = phi + J_l^-1(phi) d to first order in d.
 pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     let hat = hat(phi);

@@ -1,8 +1,8 @@
 //! The scalar functions of the angle that the closed forms of SO(3) and SE(3) share, each with its slope.
 //!
-//! With s = theta^2 the left Jacobian of SO(3) is I + b(s) [phi] + c(s) [phi]^2 and its inverse
-//! I - [phi] / 2 + e(s) [phi]^2. All are smooth in s; their closed forms cancel near zero, where their power series are
-//! summed instead.
+//! With s = theta^2 the left Jacobian of SO(3) is I + b(s) hat(phi) + c(s) hat(phi)^2 and its inverse
+//! I - hat(phi) / 2 + e(s) hat(phi)^2. All are smooth in s; their closed forms cancel near zero, where their power
+//! series are summed instead.
 
 /// Below this theta^2 the series are used. Cancellation costs the closed forms a relative 1 / theta^4 roundings in the
 /// slopes, which enter with a factor theta^3; at theta = 1/2 that is a few roundings of the result.
@@ -101,6 +101,8 @@ fn series(s: f64, coefficients: &[f64]) -> Coefficient {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     /// Series and closed form must meet where one hands over to the other. The closed slopes carry about
@@ -119,7 +121,7 @@ mod tests {
     #[test]
     fn slopes_are_derivatives() {
         for function in [first, second, second_of_inverse] {
-            for theta in [0.05, 0.2, 0.7, 1.5, 2.5, 3.1, 3.14159] {
+            for theta in [0.05, 0.2, 0.7, 1.5, 2.5, 3.1, PI] {
                 let h: f64 = 1e-5;
                 let at = |theta: f64| function(theta * theta);
                 let difference = (at(theta + h).value - at(theta - h).value) / (2.0 * h);
