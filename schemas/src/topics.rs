@@ -104,7 +104,7 @@ topics! {
     RpcEvaluate "rpc/evaluate" Question (Some("EvaluateRequest")) -> (Some("EvaluateReply"))
         [AFTER, DETAIL, ALPHA, SIGMA_XY, SIGMA_DEPTH, SIGMA_TILT, SIGMA_HEADING]
         "Paths that a person drew, evaluated as candidates.";
-    RpcMission "rpc/mission" Question (None) -> (Some("MissionState")) []
+    RpcMission "rpc/mission" Question (None) -> (Some("MissionState")) [AFTER]
         "The mission as it stands.";
     RpcIngest "rpc/ingest" Question (None) -> (Some("IngestStatus")) []
         "Which events have arrived.";
