@@ -1,6 +1,8 @@
-"""A planner for tests of the client: it speaks the contract over Zenoh, plans nothing, and fails in the ways asked for.
+"""A planner for tests of the client: it speaks the contract over Zenoh, plans nothing, and fails in the
+ways asked for.
 
-It keeps what it has applied across `restart`, cut back to what was durable, as a daemon with a journal does.
+It keeps what it has applied across `restart`, cut back to what was durable, as a daemon with a journal
+does.
 """
 
 from __future__ import annotations
@@ -17,7 +19,9 @@ import zenoh
 from pdn import wire
 
 Fate = Callable[[int, int], str]
-"""What becomes of a copy of an event (seq, copies seen): "apply", "lose", "repeat", "refuse" or "refuse silently"."""
+"""What becomes of a copy of an event (seq, copies seen): "apply", "lose", "repeat", "refuse" or "refuse
+silently".
+"""
 
 
 def plain_fate(seq: int, copy: int) -> str:
@@ -199,7 +203,9 @@ class FakePlanner:
                 return
             form = wire.Format.BINCODE if parameters.get("encoding") == "bincode" else wire.Format.JSON
             query.reply(
-                str(query.key_expr), wire.encode(reply, form), encoding=self.encoding or wire.encoding(type(reply), form)
+                str(query.key_expr),
+                wire.encode(reply, form),
+                encoding=self.encoding or wire.encoding(type(reply), form),
             )
 
     def _answer(self, topic: wire.Topic, query: zenoh.Query) -> object:

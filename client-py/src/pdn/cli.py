@@ -12,7 +12,9 @@ from pdn.console.failures import Commands
 from pdn.console.options import EXIT_CODES
 
 PARTS = ("pdn.console.commands", "pdn.sim.commands", "pdn.plots.commands")
-"""Modules with a function `register(app)`, in the order of the help. They import what is heavy only when a command runs."""
+"""Modules with a function `register(app)`, in the order of the help. They import what is heavy only when
+a command runs.
+"""
 
 
 def _version(asked: bool) -> None:
@@ -41,7 +43,7 @@ def build() -> typer.Typer:
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
-        help=f"Perception-driven navigation: command missions, watch them, simulate a vehicle.\n\n{EXIT_CODES}",
+        help=f"Command missions, watch them, simulate a vehicle.\n\n{EXIT_CODES}",
     )
     app.callback()(_root)
     for part in PARTS:

@@ -1,6 +1,7 @@
 """The client over Zenoh, against a fake planner on loopback.
 
-Waits are on conditions with a bound of `PATIENCE_S`, far above what a case takes (a reconnection takes up to 2 s).
+Waits are on conditions with a bound of `PATIENCE_S`, far above what a case takes (a reconnection takes up
+to 2 s).
 """
 
 from __future__ import annotations
@@ -50,11 +51,11 @@ def client(planner: FakePlanner) -> Iterator[Client]:
         yield connected
 
 
-# -- connecting ------------------------------------------------------------------------------------------------------
+# --- connecting ---
 
 
 def test_without_a_daemon_the_error_says_what_is_probably_wrong(endpoint: str) -> None:
-    with pytest.raises(ConnectionFailed, match="nothing listens there.*pdnd"):
+    with pytest.raises(ConnectionFailed, match=r"nothing listens there.*pdnd"):
         connect("auv", endpoint, connect_timeout_s=0.3)
 
 
@@ -92,7 +93,7 @@ def test_an_id_that_would_be_no_key_is_refused(vehicle: str) -> None:
         connect(vehicle)
 
 
-# -- questions and commands ------------------------------------------------------------------------------------------
+# --- questions and commands ---
 
 
 @pytest.mark.parametrize("json_on_wire", [False, True])
@@ -134,7 +135,9 @@ def test_parameters_travel_as_the_contract_says(planner: FakePlanner, client: Cl
     )
 
 
-def test_a_question_that_is_heard_by_nobody_ends_at_its_own_deadline(planner: FakePlanner, client: Client) -> None:
+def test_a_question_that_is_heard_by_nobody_ends_at_its_own_deadline(
+    planner: FakePlanner, client: Client
+) -> None:
     planner.silent_topics = {wire.Topic.RPC_WAYPOINTS}
     began_s = time.monotonic()
     with pytest.raises(PlannerAbsent):
@@ -145,7 +148,7 @@ def test_a_question_that_is_heard_by_nobody_ends_at_its_own_deadline(planner: Fa
 
 def test_a_question_that_is_never_answered_times_out(planner: FakePlanner, client: Client) -> None:
     planner.frozen.set()
-    with pytest.raises(Timeout, match="within 0.3 s"):
+    with pytest.raises(Timeout, match=r"within 0\.3 s"):
         client.coverage(timeout_s=0.3)
     planner.frozen.clear()
     assert client.mission().mission == "m"
@@ -157,7 +160,7 @@ def test_an_answer_of_another_version_is_told_apart(planner: FakePlanner, client
         client.mission()
 
 
-# -- events ----------------------------------------------------------------------------------------------------------
+# --- events ---
 
 
 def send(client: Client, count: int, **options: object) -> None:
@@ -224,7 +227,9 @@ def test_every_kind_of_event_arrives_as_it_was_given(planner: FakePlanner, clien
     assert link.registered
 
 
-def test_a_planner_that_restarts_gets_again_what_was_not_durable(planner: FakePlanner, client: Client) -> None:
+def test_a_planner_that_restarts_gets_again_what_was_not_durable(
+    planner: FakePlanner, client: Client
+) -> None:
     planner.durable_lag = 50
     with client.mission_stream() as events:
         for number in range(200):
@@ -241,7 +246,9 @@ def test_a_planner_that_restarts_gets_again_what_was_not_durable(planner: FakePl
     assert ids(planner) == list(range(400))
 
 
-def test_a_planner_that_restarts_without_memory_breaks_the_stream(planner: FakePlanner, client: Client) -> None:
+def test_a_planner_that_restarts_without_memory_breaks_the_stream(
+    planner: FakePlanner, client: Client
+) -> None:
     events = client.mission_stream()
     events.keyframe(0)
     events.flush(PATIENCE_S)
@@ -262,7 +269,9 @@ def test_a_stream_goes_on_where_the_mission_stands(planner: FakePlanner, client:
     assert ids(planner) == list(range(11))
 
 
-def test_a_planner_that_stalls_makes_the_sender_wait_with_a_bound(planner: FakePlanner, client: Client) -> None:
+def test_a_planner_that_stalls_makes_the_sender_wait_with_a_bound(
+    planner: FakePlanner, client: Client
+) -> None:
     planner.fate = lambda seq, copy: "lose"
     with client.mission_stream(window=16, timeout_s=0.2) as events:
         for number in range(16):
@@ -302,7 +311,7 @@ def test_a_stream_of_no_mission_is_refused(planner: FakePlanner) -> None:
         client.mission_stream()
 
 
-# -- watching --------------------------------------------------------------------------------------------------------
+# --- watching ---
 
 
 def test_what_is_published_is_seen(planner: FakePlanner, client: Client) -> None:

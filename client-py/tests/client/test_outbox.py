@@ -1,4 +1,6 @@
-"""Laws of the outbox against a receiver that applies events strictly in order, over random losses and restarts."""
+"""Laws of the outbox against a receiver that applies events strictly in order, over random losses and
+restarts.
+"""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,7 +13,9 @@ def entry(seq: int) -> Entry:
 
 
 class Receiver:
-    """The planner's side of the rule: applies the next number, buffers nothing, makes durable what it is told to."""
+    """The planner's side of the rule: applies the next number, buffers nothing, makes durable what it is
+    told to.
+    """
 
     def __init__(self) -> None:
         self.applied: list[int] = []

@@ -1,6 +1,8 @@
-"""The sender against a planner that loses, repeats, stalls, restarts and refuses; no network, so that each fault is exact.
+"""The sender against a planner that loses, repeats, stalls, restarts and refuses; no network, so that
+each fault is exact.
 
-Waits are on conditions with a bound of `PATIENCE_S`, far above the fraction of a second that each case takes.
+Waits are on conditions with a bound of `PATIENCE_S`, far above the fraction of a second that each case
+takes.
 """
 
 import threading
@@ -10,8 +12,17 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from pdn.client import patience as patience_module
 from pdn.client import sender as sender_module
-from pdn.client.errors import EventsRefused, MissionLost, MissionUnknown, OutboxFull, PlannerAbsent, StreamBroken, Timeout
+from pdn.client.errors import (
+    EventsRefused,
+    MissionLost,
+    MissionUnknown,
+    OutboxFull,
+    PlannerAbsent,
+    StreamBroken,
+    Timeout,
+)
 from pdn.client.outbox import Entry
 from pdn.client.sender import Sender
 
@@ -130,7 +141,7 @@ def expected(count: int) -> list[bytes]:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A tenth of the real time-outs, so that the tests take a second."""
-    monkeypatch.setattr(sender_module, "STALL_S", 0.075)
+    monkeypatch.setattr(patience_module, "STALL_S", 0.075)
     monkeypatch.setattr(sender_module, "LATE_REASONS_S", 0.1)
 
 

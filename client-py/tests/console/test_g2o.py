@@ -18,7 +18,9 @@ def write(folder: Path, *lines: str) -> Path:
 
 
 def test_reads_an_edge_in_our_tangent_order(tmp_path: Path) -> None:
-    path = write(tmp_path, "# a comment", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1", f"EDGE_SE3:QUAT 0 1 {STEP} {INFORMATION}")
+    path = write(
+        tmp_path, "# a comment", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1", f"EDGE_SE3:QUAT 0 1 {STEP} {INFORMATION}"
+    )
     (edge,) = read_g2o(path).edges
     assert (edge.line, edge.from_, edge.to) == (3, 0, 1)
     assert edge.relative.translation == (1.0, 2.0, 3.0)
@@ -32,7 +34,9 @@ def test_reads_an_edge_in_our_tangent_order(tmp_path: Path) -> None:
 def test_stream_has_the_order_of_a_vehicle(tmp_path: Path) -> None:
     pairs = [(3, 1), (0, 1), (0, 3), (1, 2), (2, 3)]
     path = write(tmp_path, *[f"EDGE_SE3:QUAT {a} {b} {STEP} {INFORMATION}" for a, b in pairs])
-    arrivals = [(keyframe, [(edge.from_, edge.to) for edge in edges]) for keyframe, edges in read_g2o(path).arrivals()]
+    arrivals = [
+        (keyframe, [(edge.from_, edge.to) for edge in edges]) for keyframe, edges in read_g2o(path).arrivals()
+    ]
     assert arrivals == [(0, []), (1, [(0, 1)]), (2, [(1, 2)]), (3, [(2, 3), (3, 1), (0, 3)])]
 
 

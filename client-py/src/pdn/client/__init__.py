@@ -11,8 +11,8 @@
             ...
             print(client.decision(after=seq).reason)
 
-Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender` and `outbox` (why nothing is lost),
-`watch`, `link` and `session` (Zenoh), `errors`.
+Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender` and `outbox` (why
+nothing is lost), `watch`, `link` and `session` (Zenoh), `errors`.
 """
 
 from .client import Client, connect

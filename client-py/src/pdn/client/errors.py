@@ -70,8 +70,8 @@ class BadReply(PdnError):
 class Refused(PdnError):
     """The planner said no.
 
-    `code` is one of the codes of `schemas/errors.md`, `message` says what to do, `seq` is the number of the event
-    concerned or None.
+    `code` is one of the codes of `schemas/errors.md`, `message` says what to do, `seq` is the number of the
+    event concerned or None.
     """
 
     def __init__(self, code: str, message: str, seq: int | None = None) -> None:
@@ -108,7 +108,8 @@ class MissionUnknown(Refused):
 class EventsRefused(Refused):
     """Events of a stream were refused for their content; the others went on.
 
-    `problems` are the refusals not reported before, oldest first; `code`, `message` and `seq` are the first one's.
+    `problems` are the refusals not reported before, oldest first; `code`, `message` and `seq` are the first
+    one's.
     """
 
     def __init__(self, problems: Sequence[ProblemLike], unreported: int = 0) -> None:

@@ -45,8 +45,8 @@ class Link:
     ) -> M:
         """Asks, and asks again while nobody answers; parameters that are None are left out.
 
-        Raises `Refused` with the planner's reason, `Timeout` if it was asked and did not answer, `PlannerAbsent` if nobody was
-        there to ask, `BadReply` if the answer cannot be read.
+        Raises `Refused` with the planner's reason, `Timeout` if it was asked and did not answer,
+        `PlannerAbsent` if nobody was there to ask, `BadReply` if the answer cannot be read.
         """
         selector = self._selector(topic, parameters or {})
         deadline_s = time.monotonic() + timeout_s
@@ -78,7 +78,9 @@ class Link:
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
 
-    def subscribe(self, topic: wire.Topic, hand_over: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
+    def subscribe(
+        self, topic: wire.Topic, hand_over: Callable[[zenoh.Sample], None]
+    ) -> zenoh.Subscriber[None]:
         """Hears the planner's publications; `hand_over` runs on a thread of Zenoh and must not block."""
         return self.session.declare_subscriber(wire.key(self.vehicle, topic), hand_over)
 
@@ -92,7 +94,9 @@ class Link:
 
     def planner_is_announced(self, timeout_s: float = 1.0) -> bool:
         """Whether the planner's liveliness token is seen."""
-        tokens = self.session.liveliness().get(wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER), timeout=timeout_s)
+        tokens = self.session.liveliness().get(
+            wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER), timeout=timeout_s
+        )
         return any(reply.ok is not None for reply in tokens)
 
     def _selector(self, topic: wire.Topic, parameters: Mapping[str, object]) -> str:
@@ -110,14 +114,19 @@ class Link:
             raise refused(_problem(reply.err.payload.to_bytes()))
         if reply.err.payload.to_bytes() == b"Timeout":
             raise Timeout(f"The planner did not answer {topic} within {timeout_s:g} s.")
-        raise BadReply(f"{topic} was answered by an error that is not of this contract ({reply.err.encoding})")
+        raise BadReply(
+            f"{topic} was answered by an error that is not of this contract ({reply.err.encoding})"
+        )
 
     def _why_nobody_answers(self) -> str:
         if self.session.is_closed() or not any(self.session.info.routers_zid()):
             return "the connection to the daemon is gone. Is it still running?"
         if self.planner_is_announced():
             return "the planner is there, so access rules probably keep this client's questions away."
-        return "the daemon is there, but no planner has announced itself for this vehicle. Is it starting, or may this client not see it?"
+        return (
+            "the daemon is there, but no planner has announced itself for this vehicle. "
+            "Is it starting, or may this client not see it?"
+        )
 
 
 def decode_sample(sample: zenoh.Sample, kind: type[M]) -> M:
@@ -136,5 +145,3 @@ def _problem(payload: bytes) -> wire.Problem:
         return wire.decode(wire.Problem, payload, wire.Format.JSON)
     except wire.WireError as error:
         raise BadReply(f"A refusal cannot be read: {error}") from error
-
-

@@ -1,8 +1,8 @@
 """The events that the planner has not yet confirmed, and which of them to send next.
 
-Zenoh alone loses publications when a link breaks or a reader is slow, so that nothing is lost and nothing counted
-twice is settled here: numbers without gaps, a window, and going back to the first number that did not arrive
-(go-back-N). This file is that rule alone: no network, no clock, no thread.
+Zenoh alone loses publications when a link breaks or a reader is slow, so that nothing is lost and nothing
+counted twice is settled here: numbers without gaps, a window, and going back to the first number that did
+not arrive (go-back-N). This file is that rule alone: no network, no clock, no thread.
 
     durable_seq <= applied_seq <= cursor <= next_seq        next_seq - durable_seq <= window
     |----------- kept: sent, perhaps again ------------|
@@ -76,7 +76,8 @@ class Outbox:
     def acknowledge(self, applied_seq: int, durable_seq: int) -> bool:
         """Takes in an acknowledgement and drops what is durable; True if it says anything new.
 
-        Acknowledgements may be old or come twice: only the greatest counts. `resynchronise` is for news that may go back.
+        Acknowledgements may be old or come twice: only the greatest counts. `resynchronise` is for news
+        that may go back.
         """
         applied_seq = min(applied_seq, self.next_seq)
         durable_seq = min(durable_seq, applied_seq)
@@ -99,7 +100,9 @@ class Outbox:
         return progress
 
     def lost(self, applied_seq: int) -> int:
-        """How many events the planner would need again that are kept no longer: more than 0 is beyond repair."""
+        """How many events the planner would need again that are kept no longer: more than 0 is beyond
+        repair.
+        """
         return max(0, self.durable_seq - applied_seq)
 
     def _drop_below(self, durable_seq: int) -> None:

@@ -1,9 +1,12 @@
-"""The thread that brings a mission's events to the planner: it owns the outbox, the acknowledgements and the resends.
+"""The thread that brings a mission's events to the planner: it owns the outbox, the acknowledgements and
+the resends.
 
-Callers put events in and wait for room; callbacks of Zenoh put work in and never wait. Whatever went wrong on the way, one
-question settles it: `rpc/ingest` says which events the planner has, and sending goes on from there. It is asked
+Callers put events in and wait for room; callbacks of Zenoh put work in and never wait. Whatever went wrong
+on the way, one question settles it: `rpc/ingest` says which events the planner has, and sending goes on
+from there. It is asked
 
-- when nothing has moved for `STALL_S` though events are under way, and then ever more rarely up to `STALL_LAST_S`,
+- when nothing has moved for `STALL_S` though events are under way, then ever more rarely up to
+  `STALL_LAST_S`,
 - when the planner's liveliness token comes back,
 - when acknowledgements had to be thrown away because they came faster than they could be read.
 """
@@ -19,7 +22,6 @@ from typing import Protocol
 
 from .errors import (
     BadReply,
-    EventsRefused,
     MissionLost,
     MissionUnknown,
     OutboxFull,
@@ -29,12 +31,8 @@ from .errors import (
     Timeout,
 )
 from .outbox import WINDOW, Entry, Outbox
-
-STALL_S = 0.75
-"""Time without progress after which events are sent again, s (wire.md, section 2)."""
-
-STALL_LAST_S = 6.0
-"""The same after several vain attempts, s; it doubles from one to the other."""
+from .patience import STALL_LAST_S, STALL_S, Patience
+from .refusals import OnRejected, Refusals
 
 BATCH = 64
 """Events sent between two looks at what came in."""
@@ -44,12 +42,6 @@ MAX_NEWS = 4096
 
 LATE_REASONS_S = 1.0
 """How long `flush` waits for the reasons of refusals that the planner has counted, s."""
-
-REFUSALS_KEPT = 1000
-"""Refusals that a stream remembers."""
-
-TRANSIENT = frozenset({"overloaded", "not_ready"})
-"""Codes that say nothing about the event: it was not looked at, keeps its number and will be sent again."""
 
 _log = logging.getLogger("pdn.client")
 
@@ -82,31 +74,34 @@ class Sender:
         status: Status,
         *,
         window: int = WINDOW,
-        on_rejected: Callable[[ProblemLike], None] | None = None,
+        on_rejected: OnRejected | None = None,
         raises: bool = True,
     ) -> None:
-        """Goes on from `status`. `on_rejected` is called on the sender's thread; with `raises` a refusal is also raised
-        by the caller's next call."""
+        """Goes on from `status`. `on_rejected` is called on the sender's thread; with `raises` a refusal
+        is also raised by the caller's next call.
+        """
         self.mission = mission
-        self.refusals: list[ProblemLike] = []
         self._link = link
         self._on_rejected = on_rejected
-        self._raises = raises
         self._outbox = Outbox(status.next_seq, window)
-        self._refusals_counted = status.rejected
-        self._unraised: list[ProblemLike] = []
+        self._refusals = Refusals(status.rejected, raises=raises)
         self._broken: PdnError | None = None
         self._planner_present = True
         self._resync_wanted = False
         self._closing = False
-        self._patience_s = STALL_S
-        self._last_progress_s = time.monotonic()
+        self._patience = Patience(time.monotonic())
         self._changed = threading.Condition()
         self._news: queue.Queue[Callable[[], None]] = queue.Queue(MAX_NEWS)
         self._thread = threading.Thread(target=self._run, name=f"pdn-sender-{mission}", daemon=True)
         self._thread.start()
 
-    # -- for callers -------------------------------------------------------------------------------------------------
+    # --- for callers ---
+
+    @property
+    def refusals(self) -> list[ProblemLike]:
+        """The refusals so far, oldest first."""
+        with self._changed:
+            return list(self._refusals.all)
 
     @property
     def next_seq(self) -> int:
@@ -121,20 +116,22 @@ class Sender:
     def post(self, encode: Callable[[int], Entry], timeout_s: float) -> int:
         """Numbers an event, keeps and sends it; returns its number.
 
-        Blocks while the window is full, at most `timeout_s`, then raises `OutboxFull`. Raises `EventsRefused` for earlier
-        events, `StreamBroken` if the mission cannot go on. Whenever it raises, this event was not taken.
+        Blocks while the window is full, at most `timeout_s`, then raises `OutboxFull`. Raises
+        `EventsRefused` for earlier events, `StreamBroken` if the mission cannot go on. Whenever it raises,
+        this event was not taken.
         """
         with self._changed:
             self._raise_pending()
             if not self._changed.wait_for(lambda: self._broken or not self._outbox.full, timeout_s):
                 self._raise_pending()
                 raise OutboxFull(
-                    f"{self._outbox.window} events of mission {self.mission} wait for the planner, and nothing moved for {timeout_s:g} s"
+                    f"{self._outbox.window} events of mission {self.mission} wait for the planner, "
+                    f"and nothing moved for {timeout_s:g} s"
                 )
             self._raise_pending()
             entry = encode(self._outbox.next_seq)
             if self._outbox.settled:
-                self._last_progress_s = time.monotonic()
+                self._patience.begin(time.monotonic())
             self._outbox.append(entry)
         self._wake()
         return entry.seq
@@ -149,15 +146,13 @@ class Sender:
             if not settled:
                 waiting = self._outbox.next_seq - self._outbox.durable_seq
                 raise Timeout(
-                    f"{waiting} events of mission {self.mission}, from {self._outbox.durable_seq} on, were not confirmed within {timeout_s:g} s"
+                    f"{waiting} events of mission {self.mission}, from {self._outbox.durable_seq} on, "
+                    f"were not confirmed within {timeout_s:g} s"
                 )
         status = self._link.ingest(max(0.1, deadline_s - time.monotonic()))
         with self._changed:
-            self._changed.wait_for(lambda: self._refusals_counted >= status.rejected, LATE_REASONS_S)
-            unreported = max(0, status.rejected - self._refusals_counted)
-            self._refusals_counted += unreported
-            if unreported:
-                raise EventsRefused(self._take_unraised(), unreported)
+            self._changed.wait_for(lambda: self._refusals.counted >= status.rejected, LATE_REASONS_S)
+            self._refusals.raise_unheard(status.rejected)
             self._raise_pending()
 
     def close(self, timeout_s: float = 2.0) -> None:
@@ -167,7 +162,7 @@ class Sender:
         if threading.current_thread() is not self._thread:
             self._thread.join(timeout_s)
 
-    # -- for callbacks: never block ----------------------------------------------------------------------------------
+    # --- for callbacks: never block ---
 
     def hand_over(self, work: Callable[[], None]) -> None:
         """Has `work` done on the sender's thread."""
@@ -176,7 +171,7 @@ class Sender:
         except queue.Full:
             self._resync_wanted = True
 
-    # -- on the sender's thread --------------------------------------------------------------------------------------
+    # --- on the sender's thread ---
 
     def acknowledged(self, applied_seq: int, durable_seq: int) -> None:
         """An acknowledgement came."""
@@ -186,18 +181,10 @@ class Sender:
 
     def rejected(self, problem: ProblemLike) -> None:
         """A refusal came."""
-        if problem.code in TRANSIENT:
-            return
         with self._changed:
-            self._refusals_counted += 1
-            known = any((seen.code, seen.seq) == (problem.code, problem.seq) for seen in self.refusals[-WINDOW:])
-            if not (known and problem.seq is not None):
-                self.refusals.append(problem)
-                del self.refusals[:-REFUSALS_KEPT]
-                if self._raises:
-                    self._unraised.append(problem)
+            new = self._refusals.add(problem)
             self._changed.notify_all()
-        if self._on_rejected is not None and not known:
+        if new and self._on_rejected is not None:
             try:
                 self._on_rejected(problem)
             except Exception:
@@ -239,7 +226,7 @@ class Sender:
                 return 0.0
             if self._outbox.settled or self._broken:
                 return STALL_LAST_S
-            return max(0.0, self._last_progress_s + self._patience_s - time.monotonic())
+            return self._patience.left_s(time.monotonic())
 
     def _transmit(self) -> None:
         if not self._planner_present:
@@ -251,8 +238,7 @@ class Sender:
 
     def _stalled(self) -> bool:
         with self._changed:
-            waited_s = time.monotonic() - self._last_progress_s
-            return not self._outbox.settled and waited_s >= self._patience_s
+            return not self._outbox.settled and self._patience.left_s(time.monotonic()) == 0.0
 
     def _resynchronise(self) -> None:
         self._resync_wanted = False
@@ -263,20 +249,22 @@ class Sender:
             return
         except PdnError as error:
             _log.info("mission %s: cannot ask the planner which events it has: %s", self.mission, error)
-            self._waited_in_vain()
+            self._patience.asked_in_vain(time.monotonic())
             return
         lost = self._outbox.lost(status.next_seq)
         if lost:
             self._break(
                 MissionLost(
-                    f"The planner has lost {lost} events of mission {self.mission} that it had confirmed, from {status.next_seq} on. "
+                    f"The planner has lost {lost} events of mission {self.mission} that it had confirmed, "
+                    f"from {status.next_seq} on. "
                     "Configure a new mission, or let the daemon keep a journal."
                 )
             )
         elif status.next_seq > self._outbox.next_seq:
             self._break(
                 StreamBroken(
-                    f"Another program sends events of mission {self.mission}: the planner is at {status.next_seq}, this stream at {self._outbox.next_seq}."
+                    f"Another program sends events of mission {self.mission}: the planner is at "
+                    f"{status.next_seq}, this stream at {self._outbox.next_seq}."
                 )
             )
         else:
@@ -285,34 +273,24 @@ class Sender:
                 if self._outbox.resynchronise(status.next_seq, status.durable_seq):
                     self._progressed()
                 else:
-                    self._waited_in_vain()
+                    self._patience.asked_in_vain(time.monotonic())
 
     def _progressed(self) -> None:
-        self._last_progress_s = time.monotonic()
-        self._patience_s = STALL_S
+        self._patience.progressed(time.monotonic())
         self._changed.notify_all()
-
-    def _waited_in_vain(self) -> None:
-        self._last_progress_s = time.monotonic()
-        self._patience_s = min(2.0 * self._patience_s, STALL_LAST_S)
 
     def _break(self, error: PdnError) -> None:
         with self._changed:
             self._broken = error
             self._changed.notify_all()
 
-    # -- small parts ---------------------------------------------------------------------------------------------------
+    # --- small parts ---
 
     def _wake(self) -> None:
         if self._news.empty():
             self.hand_over(lambda: None)
 
     def _raise_pending(self) -> None:
-        if self._unraised:
-            raise EventsRefused(self._take_unraised())
+        self._refusals.raise_new()
         if self._broken is not None:
             raise self._broken
-
-    def _take_unraised(self) -> list[ProblemLike]:
-        problems, self._unraised = self._unraised, []
-        return problems

@@ -15,8 +15,9 @@ DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 """Where `pdnd` listens when nothing else is said."""
 
 PUT_MAY_BLOCK_US = 3_600_000_000
-"""How long a publication may wait for a slow link, us. Zenoh's default of 5 s then closes the link and loses what
-was under way; the library has its own bounds for the caller."""
+"""How long a publication may wait for a slow link, us. Zenoh's default of 5 s then closes the link and
+loses what was under way; the library has its own bounds for the caller.
+"""
 
 RECONNECT_FIRST_MS = 200
 RECONNECT_LAST_MS = 2_000
@@ -41,7 +42,9 @@ def _configuration(endpoint: str, timeout_s: float, config_file: str | Path | No
     try:
         config = zenoh.Config.from_file(str(source)) if source else zenoh.Config()
     except zenoh.ZError as error:
-        raise ConnectionFailed(f"The Zenoh configuration {source} cannot be read: {_first_line(error)}") from error
+        raise ConnectionFailed(
+            f"The Zenoh configuration {source} cannot be read: {_first_line(error)}"
+        ) from error
     settings = {
         "mode": "client",
         "connect/endpoints": [endpoint],
@@ -62,7 +65,8 @@ def _configuration(endpoint: str, timeout_s: float, config_file: str | Path | No
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
         raise ConnectionFailed(
-            f"{endpoint!r} is no Zenoh endpoint; write it like {DEFAULT_ENDPOINT}, tls/host:7447 or unixsock-stream//run/pdn.sock"
+            f"{endpoint!r} is no Zenoh endpoint; write it like {DEFAULT_ENDPOINT}, tls/host:7447 "
+            "or unixsock-stream//run/pdn.sock"
         ) from error
     return config
 
@@ -91,8 +95,9 @@ def _probable_cause(endpoint: str) -> str:
         return f"{error.strerror or error}."
     if protocol == "tls":
         return (
-            "the port is open but no secure session came about: check that the certificate names this address, "
-            "that its authority is the one configured here, and that a client certificate is set if the daemon asks for one."
+            "the port is open but no secure session came about: check that the certificate names this "
+            "address, that its authority is the one configured here, and that a client certificate is set "
+            "if the daemon asks for one."
         )
     return "the port is open, but what listens there does not speak plain Zenoh; is it pdnd, and without TLS?"
 

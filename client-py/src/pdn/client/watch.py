@@ -28,7 +28,9 @@ class PlannerPresence:
 
 
 Watched = wire.MissionState | wire.Decision | wire.Problem | PlannerPresence | BadReply
-"""A state, a decision taken, a refused event, the planner's coming and going, or a publication that could not be read."""
+"""A state, a decision taken, a refused event, the planner's coming and going, or a publication that
+could not be read.
+"""
 
 _KINDS: tuple[tuple[wire.Topic, type[wire.MissionState] | type[wire.Decision] | type[wire.Problem]], ...] = (
     (wire.Topic.OUT_STATE, wire.MissionState),

@@ -17,11 +17,17 @@ CONNECT_TIMEOUT_S = 5.0
 
 @contextmanager
 def connected(
-    endpoint: str, vehicle: str, timeout_s: float, zenoh_config: Path | None = None, console: str | None = None
+    endpoint: str,
+    vehicle: str,
+    timeout_s: float,
+    zenoh_config: Path | None = None,
+    console: str | None = None,
 ) -> Iterator[Client]:
     """A client for the length of a command; `console` announces an operator's console of that name."""
     if not re.fullmatch(r"[a-z0-9_-]{1,64}", vehicle):
-        raise typer.BadParameter(f"{vehicle!r} is no id of a vehicle: 1 to 64 of a-z, 0-9, - and _", param_hint="--vehicle")
+        raise typer.BadParameter(
+            f"{vehicle!r} is no id of a vehicle: 1 to 64 of a-z, 0-9, - and _", param_hint="--vehicle"
+        )
     with connect(
         vehicle,
         endpoint,

@@ -1,9 +1,10 @@
 """Reading a 3-D pose graph in g2o text form, and the order in which a vehicle would have sent it.
 
-Conventions. An edge measures the pose of its second vertex in the frame of its first, as `relative` does. Its information
-matrix is over [x, y, z; rotation], and the rotation part is read as that of the rotation vector in radians, so
-that the cost is r' W r with r = Log(Z^-1 X_i^-1 X_j) = [rho; phi] (what GTSAM does too; g2o itself measures the
-vector part of the quaternion, about half of it). The tangent order is ours: covariance = information^-1, no permutation.
+Conventions. An edge measures the pose of its second vertex in the frame of its first, as `relative` does.
+Its information matrix is over [x, y, z; rotation], and the rotation part is read as that of the rotation
+vector in radians, so that the cost is r' W r with r = Log(Z^-1 X_i^-1 X_j) = [rho; phi] (what GTSAM does
+too; g2o itself measures the vector part of the quaternion, about half of it). The tangent order is ours:
+covariance = information^-1, no permutation.
 """
 
 from __future__ import annotations
@@ -64,8 +65,9 @@ class PoseGraph:
         return self.keyframes[0]
 
     def arrivals(self) -> Iterator[tuple[int, list[Edge]]]:
-        """Each keyframe, by id, with the edges that become known by it: the step from its predecessor first, then
-        the loop closures in the order of the file."""
+        """Each keyframe, by id, with the edges that become known by it: the step from its predecessor
+        first, then the loop closures in the order of the file.
+        """
         known_by: dict[int, list[Edge]] = {keyframe: [] for keyframe in self.keyframes}
         for edge in self.edges:
             known_by[max(edge.from_, edge.to)].append(edge)
@@ -74,10 +76,12 @@ class PoseGraph:
 
 
 def read_g2o(path: Path) -> PoseGraph:
-    """Reads a 3-D pose graph; raises `G2oError` with the line for anything that cannot be streamed as it is.
+    """Reads a 3-D pose graph; raises `G2oError` with the line for anything that cannot be streamed as it
+    is.
 
-    Unit quaternions are normalised to the last digit. Refused are 2-D graphs, unknown tags, wrong counts of numbers,
-    values that are not finite, information that is not positive definite, and graphs in more than one piece.
+    Unit quaternions are normalised to the last digit. Refused are 2-D graphs, unknown tags, wrong counts of
+    numbers, values that are not finite, information that is not positive definite, and graphs in more than
+    one piece.
     """
     vertices: dict[int, Transform] = {}
     edges: list[Edge] = []
@@ -183,5 +187,6 @@ def _demand_one_piece(path: Path, graph: PoseGraph) -> None:
     apart = [keyframe for keyframe in graph.keyframes if keyframe not in reached]
     if apart:
         raise G2oError(
-            f"{path}: {len(apart)} vertices, of which {apart[0]} is the first, are not connected to vertex {graph.anchor}"
+            f"{path}: {len(apart)} vertices, of which {apart[0]} is the first, "
+            f"are not connected to vertex {graph.anchor}"
         )

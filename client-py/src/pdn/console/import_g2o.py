@@ -10,7 +10,14 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from pdn import wire
 from pdn.client import DEFAULT_ENDPOINT, Client, MissionStream
@@ -27,8 +34,9 @@ NOMINAL_FACET: dict[str, Any] = {
     "length_u_m": 1.0,
     "length_v_m": 1.0,
 }
-"""A mission needs a surface to photograph, a pose graph has none: this square metre stands for it, and coverage and
-decisions of an imported mission mean nothing."""
+"""A mission needs a surface to photograph, a pose graph has none: this square metre stands for it, and
+coverage and decisions of an imported mission mean nothing.
+"""
 
 ORIGIN = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
@@ -39,12 +47,16 @@ def register(app: typer.Typer) -> None:
 
 
 def import_g2o(
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A 3-D pose graph in g2o text form.")],
+    file: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, help="A 3-D pose graph in g2o text form.")
+    ],
     mission: Annotated[
-        str | None, typer.Option("--mission", metavar="ID", help="Id of the new mission; default: file name and time.")
+        str | None,
+        typer.Option("--mission", metavar="ID", help="Id of the new mission; default: file name and time."),
     ] = None,
     anchor_sigma: Annotated[
-        float, typer.Option("--anchor-sigma", min=1e-9, help="Sigma of the prior on the first keyframe, m and rad.")
+        float,
+        typer.Option("--anchor-sigma", min=1e-9, help="Sigma of the prior on the first keyframe, m and rad."),
     ] = 1e-3,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress bar.")] = False,
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
@@ -52,13 +64,16 @@ def import_g2o(
     zenoh_config: options.ZenohConfig = None,
     as_json: options.Json = False,
     timeout: Annotated[
-        float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Longest time without any progress.")
+        float,
+        typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Longest time without any progress."),
     ] = 60.0,
 ) -> None:
-    """Import a 3-D g2o pose graph as a new mission, keyframe by keyframe, and print chi2 and the last pose's covariance.
+    """Import a 3-D g2o pose graph as a new mission, keyframe by keyframe, and print chi2 and the last
+    pose's covariance.
 
-    Edges become `relative` factors; poses are initialised from them, not from the file. The first keyframe is anchored at
-    its vertex. The mission's target is one nominal square metre, so its coverage and decisions mean nothing.
+    Edges become `relative` factors; poses are initialised from them, not from the file. The first keyframe
+    is anchored at its vertex. The mission's target is one nominal square metre, so its coverage and
+    decisions mean nothing.
     """
     try:
         graph = read_g2o(file)
@@ -80,9 +95,17 @@ def import_g2o(
     print(json.dumps(report) if as_json else _sentences(report))
 
 
-def stream_graph(graph: PoseGraph, events: MissionStream, anchor_sigma: float, *, show_progress: bool) -> None:
+def stream_graph(
+    graph: PoseGraph, events: MissionStream, anchor_sigma: float, *, show_progress: bool
+) -> None:
     """Sends each keyframe, then the factors that it completes; the first is anchored by a prior."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True), disable=not show_progress) as progress:
         task = progress.add_task("keyframes", total=len(graph.keyframes))
         for keyframe, edges in graph.arrivals():
@@ -95,7 +118,9 @@ def stream_graph(graph: PoseGraph, events: MissionStream, anchor_sigma: float, *
             progress.advance(task)
 
 
-def _report(client: Client, graph: PoseGraph, mission: str, last_seq: int, timeout_s: float) -> dict[str, Any]:
+def _report(
+    client: Client, graph: PoseGraph, mission: str, last_seq: int, timeout_s: float
+) -> dict[str, Any]:
     last = graph.keyframes[-1]
     reply = client.graph(last, True, after=last_seq, mission=mission, timeout_s=timeout_s)
     found = {keyframe.id: keyframe for keyframe in reply.keyframes}
@@ -115,7 +140,8 @@ def _report(client: Client, graph: PoseGraph, mission: str, last_seq: int, timeo
 
 def _sentences(report: dict[str, Any]) -> str:
     lines = [
-        f"{report['file']} is mission {report['mission']}: {report['keyframes']} keyframes, {report['edges']} edges, "
+        f"{report['file']} is mission {report['mission']}: "
+        f"{report['keyframes']} keyframes, {report['edges']} edges, "
         f"{report['stream_s']:.1f} s.",
         f"chi2 {report['chi2']:.12g} (sum of r' W r at the estimate)",
     ]

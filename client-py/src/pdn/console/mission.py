@@ -21,7 +21,8 @@ from .failures import CommandFailed
 def register(app: typer.Typer) -> None:
     """Adds `mission` with its commands."""
     mission = typer.Typer(
-        no_args_is_help=True, help=f"Configure missions, command them, ask about them.\n\n{options.EXIT_CODES}"
+        no_args_is_help=True,
+        help=f"Configure missions, command them, ask about them.\n\n{options.EXIT_CODES}",
     )
     mission.command()(configure)
     for name, doc, command in _TRANSITIONS:
@@ -36,7 +37,8 @@ def configure(
         Path, typer.Argument(exists=True, dir_okay=False, help="The mission's configuration, TOML or JSON.")
     ],
     mission: Annotated[
-        str | None, typer.Option("--mission", metavar="ID", help="Id instead of the file's; never used twice.")
+        str | None,
+        typer.Option("--mission", metavar="ID", help="Id instead of the file's; never used twice."),
     ] = None,
     start: Annotated[bool, typer.Option("--start", help="Start it as well.")] = False,
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,

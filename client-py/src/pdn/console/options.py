@@ -20,7 +20,8 @@ Endpoint = Annotated[
     ),
 ]
 Vehicle = Annotated[
-    str, typer.Option("--vehicle", metavar="ID", envvar="PDN_VEHICLE", help="Whose missions: a-z, 0-9, - and _.")
+    str,
+    typer.Option("--vehicle", metavar="ID", envvar="PDN_VEHICLE", help="Whose missions: a-z, 0-9, - and _."),
 ]
 ZenohConfig = Annotated[
     Path | None,
@@ -32,13 +33,18 @@ ZenohConfig = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for programs, in the form of the wire.")]
-TimeoutS = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Longest wait for an answer.")]
+TimeoutS = Annotated[
+    float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Longest wait for an answer.")
+]
 Mission = Annotated[
     str | None, typer.Option("--mission", metavar="ID", help="Another mission than the one configured last.")
 ]
 Reason = Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for whoever reads the record.")]
 After = Annotated[
-    int | None, typer.Option("--after", metavar="SEQ", min=0, help="Answer once the event of this number is applied.")
+    int | None,
+    typer.Option("--after", metavar="SEQ", min=0, help="Answer once the event of this number is applied."),
 ]
 
-EXIT_CODES = """Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 3 no connection or no planner, 4 timed out."""
+EXIT_CODES = (
+    """Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 3 no connection or no planner, 4 timed out."""
+)

@@ -7,7 +7,6 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from pdn import wire
 from pdn.client import DEFAULT_ENDPOINT
 
 from . import options, tables
@@ -29,16 +28,20 @@ def decision(
     after: options.After = None,
     alpha: Annotated[
         float | None,
-        typer.Option("--alpha", min=0.0, max=1.0, help="What if this were the weight of the uncertainty? Not counted."),
+        typer.Option(
+            "--alpha", min=0.0, max=1.0, help="What if this were the weight of the uncertainty? Not counted."
+        ),
     ] = None,
     sigma_xy_m: Annotated[
-        float | None, typer.Option("--sigma-xy", metavar="METRES", help="What if this were allowed north and east?")
+        float | None,
+        typer.Option("--sigma-xy", metavar="METRES", help="What if this were allowed north and east?"),
     ] = None,
     deadline_ms: Annotated[
         int | None, typer.Option("--deadline-ms", min=1, help="Take the best that is found by then.")
     ] = None,
     detail: Annotated[
-        bool, typer.Option("--detail", help="With poses and links of every candidate (they show with --json).")
+        bool,
+        typer.Option("--detail", help="With poses and links of every candidate (they show with --json)."),
     ] = False,
     mission: options.Mission = None,
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,

@@ -28,7 +28,9 @@ def print_decision(decision: wire.Decision) -> None:
     print(words.decision(decision))
     _print(candidates(decision.exploration, decision.candidates, _chosen(decision)))
     if not decision.complete:
-        print(f"The deadline left {len(decision.not_evaluated)} waypoints unevaluated: {decision.not_evaluated}")
+        print(
+            f"The deadline left {len(decision.not_evaluated)} waypoints unevaluated: {decision.not_evaluated}"
+        )
     timing = decision.timing
     print(
         f"alpha {decision.alpha:g}, covered {decision.covered_m2:.1f} of {decision.target_m2:.1f} m2, "
@@ -36,13 +38,16 @@ def print_decision(decision: wire.Decision) -> None:
     )
 
 
-def candidates(exploration: wire.Exploration, others: tuple[wire.Candidate, ...], chosen: int | None) -> Table:
+def candidates(
+    exploration: wire.Exploration, others: tuple[wire.Candidate, ...], chosen: int | None
+) -> Table:
     """Candidate 0 and the revisits, with the terms of the reward; the chosen one is marked."""
     table = Table(box=None, pad_edge=False)
     for heading in ("", "k", "keyframe", "one way m", "U", "peak U", "A", "penalty", "links", "alpha from"):
         table.add_column(heading, justify="right")
     table.add_row(
-        "->" if chosen == 0 else "", "0", "explore", "", f"{exploration.uncertainty:.4f}", f"{exploration.uncertainty_ratio:.4f}",
+        "->" if chosen == 0 else "", "0", "explore", "",
+        f"{exploration.uncertainty:.4f}", f"{exploration.uncertainty_ratio:.4f}",
         f"{exploration.area:.4f}", f"{exploration.penalty:.4f}", "", "",
     )  # fmt: skip
     for candidate in others:
@@ -77,7 +82,10 @@ def print_graph(graph: wire.GraphReply) -> None:
         spread = ("", "")
         if keyframe.covariance is not None:
             metres, degrees = words.sigmas(keyframe.covariance)
-            spread = (" ".join(f"{value:.3f}" for value in metres), " ".join(f"{value:.2f}" for value in degrees))
+            spread = (
+                " ".join(f"{value:.3f}" for value in metres),
+                " ".join(f"{value:.2f}" for value in degrees),
+            )
         table.add_row(
             str(keyframe.id), f"{north:.2f}", f"{east:.2f}", f"{depth:.2f}",
             f"{keyframe.local_saliency:.2f}", f"{keyframe.global_saliency:.2f}", *spread,
@@ -107,13 +115,18 @@ def print_coverage(reply: wire.CoverageReply) -> None:
     for number, facet in enumerate(reply.facets):
         cells = facet.cells_u * facet.cells_v
         share = 100.0 * facet.covered_cells / cells if cells else 0.0
-        print(f"facet {number}: {facet.cells_u} x {facet.cells_v} cells, {share:.1f} % covered; u to the right, v down")
+        print(
+            f"facet {number}: {facet.cells_u} x {facet.cells_v} cells, {share:.1f} % covered; "
+            "u to the right, v down"
+        )
         for line in raster(facet):
             print("  " + line)
 
 
 def raster(facet: wire.FacetCoverage, columns: int = 80) -> list[str]:
-    """The cells of a facet in at most `columns` columns; a character stands for a block, twice as high as wide."""
+    """The cells of a facet in at most `columns` columns; a character stands for a block, twice as high
+    as wide.
+    """
     covered = [False] * (facet.cells_u * facet.cells_v)
     at, filled = 0, False
     for run in facet.runs:
@@ -138,7 +151,9 @@ def raster(facet: wire.FacetCoverage, columns: int = 80) -> list[str]:
 
 def print_link_model(reply: wire.LinkModelReply) -> None:
     """The table of link probabilities: probability, then registered / proposed."""
-    edges = [f"{low / reply.bins:.1f}-{high / reply.bins:.1f}" for low, high in pairwise(range(reply.bins + 1))]
+    edges = [
+        f"{low / reply.bins:.1f}-{high / reply.bins:.1f}" for low, high in pairwise(range(reply.bins + 1))
+    ]
     table = Table(box=None, pad_edge=False)
     table.add_column("S_L")
     for edge in edges:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 from collections import deque
@@ -42,7 +43,8 @@ def watch(
         str, typer.Option("--name", metavar="NAME", help="Name under which this console announces itself.")
     ] = "console",
     seconds: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0.0, help="Stop after so long; else with Ctrl-C.")
+        float | None,
+        typer.Option("--for", metavar="SECONDS", min=0.0, help="Stop after so long; else with Ctrl-C."),
     ] = None,
     until_ended: Annotated[
         bool, typer.Option("--until-ended", help="Stop when the mission is completed (0) or aborted (1).")
@@ -55,24 +57,31 @@ def watch(
 ) -> None:
     """Watch a vehicle's mission: phase, uncertainty, coverage, decisions, refusals.
 
-    On a terminal one screen, elsewhere a line for each change; with --json an object a line: {"state"|"decision"|"rejected"|
-    "planner": ...}.
+    On a terminal one screen, elsewhere a line for each change; with --json an object a line:
+    {"state"|"decision"|"rejected"| "planner": ...}.
     """
     screen = Screen(vehicle, endpoint)
     until_s = None if seconds is None else time.monotonic() + seconds
-    with connected(endpoint, vehicle, timeout, zenoh_config, console=name) as client, client.watch() as watched:
-        try:
+    with (
+        connected(endpoint, vehicle, timeout, zenoh_config, console=name) as client,
+        client.watch() as watched,
+    ):
+        with contextlib.suppress(MissionUnknown):
             screen.take_in(client.mission())
-        except MissionUnknown:
-            pass
         live = sys.stdout.isatty() and not as_json
-        with Live(screen.render(), console=Console(), auto_refresh=False, screen=False) if live else _Plain() as view:
+        with (
+            Live(screen.render(), console=Console(), auto_refresh=False, screen=False)
+            if live
+            else _Plain() as view
+        ):
             if not live and screen.state is not None:
                 _print_line(screen.state, as_json)
             while not (until_ended and screen.state is not None and screen.state.phase in ENDED):
                 if until_s is not None and time.monotonic() >= until_s:
                     return
-                item = watched.next(0.5 if until_s is None else max(0.0, min(0.5, until_s - time.monotonic())))
+                item = watched.next(
+                    0.5 if until_s is None else max(0.0, min(0.5, until_s - time.monotonic()))
+                )
                 news = item is not None and screen.take_in(item)
                 if isinstance(view, Live):
                     view.update(screen.render(), refresh=True)
@@ -134,7 +143,9 @@ class Screen:
                 style = "bold red" if heading == "attention" else styles.get(heading, "")
                 table.add_row(heading, Text(line, style=style))
         return Panel(
-            Group(table, *self._lists()), title=f"pdn  {self.vehicle} at {self.endpoint}", subtitle=self._footing()
+            Group(table, *self._lists()),
+            title=f"pdn  {self.vehicle} at {self.endpoint}",
+            subtitle=self._footing(),
         )
 
     def _lists(self) -> list[Text]:

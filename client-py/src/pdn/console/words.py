@@ -32,7 +32,8 @@ def coverage(state: wire.MissionState) -> str:
     share = state.covered_m2 / state.target_m2 if state.target_m2 > 0.0 else 0.0
     ahead = state.estimated_remaining_m
     remaining = "" if ahead is None else f", {ahead:.0f} m of survey ahead"
-    return f"{bar(share, 1.0)}  {100.0 * share:.1f} %, {state.covered_m2:.0f} of {state.target_m2:.0f} m2{remaining}"
+    areas = f"{state.covered_m2:.0f} of {state.target_m2:.0f} m2"
+    return f"{bar(share, 1.0)}  {100.0 * share:.1f} %, {areas}{remaining}"
 
 
 def robot(state: wire.MissionState) -> str:

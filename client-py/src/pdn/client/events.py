@@ -1,0 +1,178 @@
+"""The events of a mission, typed: what a vehicle calls for each keyframe, measurement and registration."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pdn import wire
+
+Covariance = NDArray[np.float64] | Sequence[float] | Sequence[Sequence[float]]
+"""A square matrix, or its numbers row by row."""
+
+Event = wire.Keyframe | wire.Factor | wire.LinkOutcome
+
+
+class Events(ABC):
+    """Methods that make events of what a vehicle knows; each returns the event's number."""
+
+    mission: str
+
+    @abstractmethod
+    def _post(self, topic: wire.Topic, message: Callable[[int, int], Event], stamp_ns: int | None) -> int:
+        """Sends the event that `message` makes of its number and time."""
+
+    def keyframe(
+        self,
+        id: int,
+        pose: wire.Pose | None = None,
+        *,
+        saliency: tuple[float, float] | None = None,
+        appearance: wire.AnyAppearance | None = None,
+        camera: wire.Pose | None = None,
+        stamp_ns: int | None = None,
+    ) -> int:
+        """A place where an image was taken.
+
+        `pose` is the vehicle's own estimate of `world_from_body`; without it the planner takes the one that
+        the first factor with a known keyframe implies. What the image shows is `saliency` (local, global),
+        or any `appearance`, or nothing. `camera` is `body_from_camera` where it differs from the mission's.
+        """
+        if saliency is not None and appearance is not None:
+            raise ValueError("give saliency or appearance, not both")
+        shown: wire.AnyAppearance = appearance if appearance is not None else wire.Appearance.None_()
+        if saliency is not None:
+            shown = wire.Appearance.Saliency(local=saliency[0], global_=saliency[1])
+        return self._post(
+            wire.Topic.IN_KEYFRAME,
+            lambda seq, stamp: wire.Keyframe(
+                mission=self.mission,
+                seq=seq,
+                stamp_ns=stamp,
+                id=id,
+                pose=pose,
+                camera=camera,
+                appearance=shown,
+            ),
+            stamp_ns,
+        )
+
+    def prior(self, keyframe: int, pose: wire.Pose, covariance: Covariance) -> int:
+        """A measured pose; 6x6 over [m; rad]."""
+        return self.factor(
+            wire.FactorKind.Prior(keyframe=keyframe, pose=pose, covariance=_row_major(covariance, 6))
+        )
+
+    def odometry(self, from_: int, to: int, relative: wire.Pose, covariance: Covariance) -> int:
+        """The step between successive keyframes: the pose of `to` in the body frame of `from_`; 6x6 over
+        [m; rad].
+        """
+        return self.factor(
+            wire.FactorKind.Odometry(
+                from_=from_, to=to, relative=relative, covariance=_row_major(covariance, 6)
+            )
+        )
+
+    def relative(self, from_: int, to: int, relative: wire.Pose, covariance: Covariance) -> int:
+        """The pose of `to` in the body frame of `from_`, for any two keyframes; 6x6 over [m; rad]."""
+        return self.factor(
+            wire.FactorKind.Relative(
+                from_=from_, to=to, relative=relative, covariance=_row_major(covariance, 6)
+            )
+        )
+
+    def camera(
+        self,
+        from_: int,
+        to: int,
+        direction: Sequence[float],
+        rotation: Sequence[float],
+        covariance: Covariance,
+    ) -> int:
+        """A monocular registration: unit baseline and rotation of the camera of `to` seen from that of
+        `from_`; 5x5, rad.
+        """
+        return self.factor(
+            wire.FactorKind.Camera(
+                from_=from_,
+                to=to,
+                direction=_three(direction),
+                rotation=_four(rotation),
+                covariance=_row_major(covariance, 5),
+            )
+        )
+
+    def attitude(
+        self,
+        keyframe: int,
+        rotation: Sequence[float],
+        tilt_variance_rad2: float,
+        heading_variance_rad2: float | None = None,
+    ) -> int:
+        """The measured rotation of `world_from_body`, [x, y, z, w]; without a variance the heading is
+        not observed.
+        """
+        return self.factor(
+            wire.FactorKind.Attitude(
+                keyframe=keyframe,
+                rotation=_four(rotation),
+                tilt_variance_rad2=tilt_variance_rad2,
+                heading_variance_rad2=heading_variance_rad2,
+            )
+        )
+
+    def depth(self, keyframe: int, depth_m: float, variance_m2: float) -> int:
+        """The measured depth, positive down."""
+        return self.factor(wire.FactorKind.Depth(keyframe=keyframe, depth_m=depth_m, variance_m2=variance_m2))
+
+    def position(self, keyframe: int, position: Sequence[float], covariance: Covariance) -> int:
+        """A measured position in the world; 3x3 in m^2, third row and column zero where the depth is not
+        observed.
+        """
+        return self.factor(
+            wire.FactorKind.Position(
+                keyframe=keyframe, position=_three(position), covariance=_row_major(covariance, 3)
+            )
+        )
+
+    def factor(self, factor: wire.AnyFactorKind, *, stamp_ns: int | None = None) -> int:
+        """A measurement of any kind."""
+        return self._post(
+            wire.Topic.IN_FACTOR,
+            lambda seq, stamp: wire.Factor(mission=self.mission, seq=seq, stamp_ns=stamp, factor=factor),
+            stamp_ns,
+        )
+
+    def link(self, from_: int, to: int, registered: bool, *, stamp_ns: int | None = None) -> int:
+        """Whether a registration that the vehicle tried has succeeded; the factor of a success is sent
+        as well.
+        """
+        return self._post(
+            wire.Topic.IN_LINK,
+            lambda seq, stamp: wire.LinkOutcome(
+                mission=self.mission, seq=seq, stamp_ns=stamp, from_=from_, to=to, registered=registered
+            ),
+            stamp_ns,
+        )
+
+
+def _row_major(matrix: Covariance, size: int) -> tuple[float, ...]:
+    numbers = np.asarray(matrix, dtype=np.float64)
+    if numbers.shape not in ((size, size), (size * size,)):
+        raise ValueError(
+            f"the covariance must be {size}x{size} or {size * size} numbers, not {numbers.shape}"
+        )
+    return tuple(numbers.ravel().tolist())
+
+
+def _three(vector: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in vector)
+    return (x, y, z)
+
+
+def _four(quaternion: Sequence[float]) -> tuple[float, float, float, float]:
+    x, y, z, w = (float(value) for value in quaternion)
+    return (x, y, z, w)

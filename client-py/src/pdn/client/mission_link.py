@@ -1,0 +1,51 @@
+"""One mission's way to the planner: where its events stand, and sending the next one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from pdn import wire
+
+from .errors import MissionGap
+from .link import Link
+from .outbox import Entry
+
+SETTLE_S = 2.0
+"""How long events of an earlier sender may still be on their way, s."""
+
+
+class MissionLink:
+    """What the sender of one mission's events needs of the link."""
+
+    def __init__(self, link: Link, mission: str) -> None:
+        self._link = link
+        self._mission = mission
+
+    def send(self, entry: Entry) -> None:
+        """Publishes an event."""
+        self._link.send(entry)
+
+    def ingest(self, timeout_s: float) -> wire.IngestStatus:
+        """Asks which events have arrived."""
+        return self._link.ask(
+            wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters={"mission": self._mission}
+        )
+
+
+def settled_status(link: MissionLink, mission: str, timeout_s: float) -> wire.IngestStatus:
+    """The status once nothing is on its way; a gap that stays can be closed by its first sender only."""
+    give_up_s = time.monotonic() + SETTLE_S
+    while (status := link.ingest(timeout_s)).buffered:
+        if time.monotonic() > give_up_s:
+            raise MissionGap(
+                f"Mission {mission} has {status.buffered} events that wait for {_ranges(status.missing)}, "
+                "which never arrived. "
+                "Only their first sender can send them; otherwise abort the mission and configure a new one."
+            )
+        time.sleep(0.05)
+    return status
+
+
+def _ranges(missing: Sequence[tuple[int, int]]) -> str:
+    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in missing)

@@ -1,0 +1,57 @@
+"""The events that the planner refused, and which of the refusals the caller has not been told of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .errors import EventsRefused, ProblemLike
+from .outbox import WINDOW
+
+KEPT = 1000
+"""Refusals that are remembered; of more only the last."""
+
+TRANSIENT = frozenset({"overloaded", "not_ready"})
+"""Codes that say nothing about the event: it was not looked at, keeps its number and will be sent again."""
+
+OnRejected = Callable[[ProblemLike], None]
+
+
+class Refusals:
+    """What was refused so far. Not safe for threads; the sender guards it."""
+
+    def __init__(self, counted: int, *, raises: bool) -> None:
+        """Begins where the planner has counted `counted`; with `raises` refusals wait to be raised."""
+        self.counted = counted
+        self.all: list[ProblemLike] = []
+        self._raises = raises
+        self._unraised: list[ProblemLike] = []
+
+    def add(self, problem: ProblemLike) -> bool:
+        """Takes in a refusal; True if it is a new one about an event's content."""
+        if problem.code in TRANSIENT:
+            return False
+        self.counted += 1
+        if problem.seq is not None and self._known(problem):
+            return False
+        self.all.append(problem)
+        del self.all[:-KEPT]
+        if self._raises:
+            self._unraised.append(problem)
+        return True
+
+    def raise_new(self) -> None:
+        """Raises what has not been raised before, if there is any."""
+        if self._unraised:
+            problems, self._unraised = self._unraised, []
+            raise EventsRefused(problems)
+
+    def raise_unheard(self, counted_by_planner: int) -> None:
+        """Raises, whatever the caller chose, if the planner has refused more events than were heard of."""
+        unheard = counted_by_planner - self.counted
+        if unheard > 0:
+            self.counted = counted_by_planner
+            problems, self._unraised = self._unraised, []
+            raise EventsRefused(problems, unheard)
+
+    def _known(self, problem: ProblemLike) -> bool:
+        return any((seen.code, seen.seq) == (problem.code, problem.seq) for seen in self.all[-WINDOW:])
