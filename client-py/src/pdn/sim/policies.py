@@ -112,4 +112,7 @@ def aims_along(start: Pose, route: tuple[Pose, ...], spacing_m: float) -> list[A
     wanted = np.linspace(0.0, float(gone[-1]), pieces + 1)[1:]
     columns = [np.interp(wanted, gone, places[:, axis]) for axis in range(3)]
     turned = np.interp(wanted, gone, np.array(unrolled))
-    return [Aim(np.array([x, y, z]), wrap_rad(float(h))) for x, y, z, h in zip(*columns, turned, strict=True)]
+    return [
+        Aim(np.array([x, y, z]), wrap_rad(float(h)), spacing_m)
+        for x, y, z, h in zip(*columns, turned, strict=True)
+    ]

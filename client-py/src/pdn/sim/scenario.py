@@ -53,6 +53,9 @@ class SurveyPlan:
     line_spacing_m: float
     lines: int
     keyframe_spacing_m: float
+    """Along the tracklines and on detours."""
+    turn_spacing_m: float
+    """On the way from one trackline to the next."""
     decision_every: int
     """A decision is asked at each keyframe of the survey whose number is a multiple of this."""
     heading: Literal["across", "along"]

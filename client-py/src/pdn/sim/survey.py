@@ -13,8 +13,6 @@ from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, wrap_rad
 from pdn.sim.surface import Facet
 
-_ARC_STEP_RAD = math.radians(15.0)
-
 
 @dataclass(frozen=True)
 class Aim:
@@ -23,6 +21,8 @@ class Aim:
     position: Array
     """3, m."""
     heading_rad: float
+    stride_m: float
+    """Farthest that the vehicle goes towards it between two keyframes."""
 
 
 @dataclass(frozen=True)
@@ -57,46 +57,45 @@ class Survey:
             along = self._line(v)
             if line % 2 == 1:
                 along.reverse()
-            self._extend(along, line, ends_line=True)
+            self._extend(along, line, plan.keyframe_spacing_m, ends_line=True)
             if line + 1 < plan.lines:
-                over = self._across(self.lines_v_m[line + 1], v, far_end=line % 2 == 0)
-                self._extend(over[:-1], line, ends_line=False)
+                stride = plan.turn_spacing_m
+                over = self._across(self.lines_v_m[line + 1], v, stride, far_end=line % 2 == 0)
+                self._extend(over, line, stride, ends_line=False)
 
     def to_first_line(self, line: int) -> list[Aim]:
         """From the end of a trackline straight to the first trackline and back, a keyframe each spacing."""
-        out = self._across(self.lines_v_m[0], self.lines_v_m[line], far_end=line % 2 == 0)
+        stride = self._plan.keyframe_spacing_m
+        out = self._across(self.lines_v_m[0], self.lines_v_m[line], stride, far_end=line % 2 == 0)
         back = list(reversed(out))[1:]
-        vertices = out + back
-        aims = [Aim(p, h) for p, h in self._sampled(vertices)]
-        return aims[1:]
+        return list(self._sampled(out + back, stride))[1:]
 
-    def _extend(self, vertices: list[_Vertex], line: int, *, ends_line: bool) -> None:
+    def _extend(self, vertices: list[_Vertex], line: int, stride: float, *, ends_line: bool) -> None:
         if self.points:
             last = self.points[-1].aim
             vertices = [_Vertex(last.position, last.heading_rad), *vertices]
         for vertex in vertices:
             if not self.vertices or float(np.linalg.norm(vertex.position - self.vertices[-1])) > 1e-9:
                 self.vertices.append(vertex.position)
-        samples = list(self._sampled(vertices))
+        samples = list(self._sampled(vertices, stride))
         fresh = samples[1:] if self.points else samples
-        for index, (position, heading) in enumerate(fresh):
-            last_point = ends_line and index == len(fresh) - 1
-            self.points.append(SurveyPoint(Aim(position, heading), line, last_point))
+        for index, aim in enumerate(fresh):
+            self.points.append(SurveyPoint(aim, line, ends_line and index == len(fresh) - 1))
 
-    def _sampled(self, vertices: list[_Vertex]) -> Iterable[tuple[Array, float]]:
-        """Places no farther apart than the spacing, each vertex among them."""
+    def _sampled(self, vertices: list[_Vertex], stride: float) -> Iterable[Aim]:
+        """Places no farther apart than the stride, each vertex among them."""
         along = self._plan.heading == "along"
         previous = vertices[0]
         first_heading = (
             _direction(vertices[0], vertices[1], previous.heading_rad) if along else previous.heading_rad
         )
-        yield previous.position, first_heading
+        yield Aim(previous.position, first_heading, stride)
         for vertex in vertices[1:]:
             step = vertex.position - previous.position
             length = float(np.linalg.norm(step))
             if length < 1e-9:
                 continue
-            pieces = max(1, math.ceil(length / self._plan.keyframe_spacing_m - 1e-9))
+            pieces = max(1, math.ceil(length / stride - 1e-9))
             turn = wrap_rad(vertex.heading_rad - previous.heading_rad)
             for k in range(1, pieces + 1):
                 share = k / pieces
@@ -105,7 +104,7 @@ class Survey:
                     if along
                     else wrap_rad(previous.heading_rad + share * turn)
                 )
-                yield previous.position + share * step, heading
+                yield Aim(previous.position + share * step, heading, stride)
             previous = vertex
 
     def _line(self, v: float) -> list[_Vertex]:
@@ -117,30 +116,30 @@ class Survey:
         joints = [_middle(left[1], right[0]) for left, right in pairwise(ends)]
         return [ends[0][0], *joints, ends[-1][1]]
 
-    def _across(self, v_to: float, v_from: float, *, far_end: bool) -> list[_Vertex]:
+    def _across(self, v_to: float, v_from: float, stride: float, *, far_end: bool) -> list[_Vertex]:
         """From one trackline to another at constant u, round the edges of the facets at the standoff.
 
         The first vertex stands on the line of ``v_from``, the last on that of ``v_to``.
         """
         if v_to < v_from:
-            return list(reversed(self._across(v_from, v_to, far_end=far_end)))
+            return list(reversed(self._across(v_from, v_to, stride, far_end=far_end)))
         vertices: list[_Vertex] = []
         facet = self._end_facet(v_from, far_end)
         local = facet.local_v_m(v_from)
         vertices.append(self._off(facet, _end_u(facet, far_end), local))
         while v_to >= facet.unwrapped_v_m[1]:
             below = self._end_facet(facet.unwrapped_v_m[1], far_end)
-            vertices.extend(self._round(facet, below, far_end))
+            vertices.extend(self._round(facet, below, stride, far_end))
             facet = below
         vertices.append(self._off(facet, _end_u(facet, far_end), facet.local_v_m(v_to)))
         return vertices
 
-    def _round(self, above: Facet, below: Facet, far_end: bool) -> list[_Vertex]:
-        """An arc about the edge that two facets share."""
+    def _round(self, above: Facet, below: Facet, stride: float, far_end: bool) -> list[_Vertex]:
+        """An arc about the edge that two facets share, its vertices about a stride apart."""
         start = above.point(_end_u(above, far_end), above.length_v_m)
         end = below.point(_end_u(below, far_end), 0.0)
         angle = math.acos(max(-1.0, min(1.0, float(above.normal @ below.normal))))
-        steps = max(1, math.ceil(angle / _ARC_STEP_RAD))
+        steps = max(1, math.ceil(angle * self._plan.standoff_m / stride))
         turn = wrap_rad(_heading(below) - _heading(above))
         arc = []
         for k in range(steps + 1):

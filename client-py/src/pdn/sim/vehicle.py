@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -60,21 +61,19 @@ class Vehicle:
     def go_to(self, aim: Aim) -> None:
         """Steer for a place by the estimate and take a keyframe there; a far one is reached by more
         keyframes."""
-        spacing = self._scenario.survey.keyframe_spacing_m
         while True:
             pose = self.fix.pose
             way = aim.position - pose.translation
             distance = float(np.linalg.norm(way))
-            if distance <= 1.5 * spacing:
+            if distance <= 1.5 * aim.stride_m:
                 self._step(way, aim)
                 return
-            self._step(way * (spacing / distance), aim)
+            self._step(way * (aim.stride_m / distance), aim)
 
     def _step(self, way: Array, aim: Aim) -> None:
         pose = self.fix.pose
         turn = wrap_rad(aim.heading_rad - pose.heading_rad())
-        here = Aim(pose.translation + way, aim.heading_rad)
-        camera = body_from_camera(self._scenario, here)
+        camera = body_from_camera(self._scenario, replace(aim, position=pose.translation + way))
         reading = self._plant.move(pose.rotation.T @ way, turn, camera)
         if reading.odometry is None:
             raise RuntimeError("a step without odometry")
@@ -127,26 +126,34 @@ class _Memory:
         self._eyes = np.empty((256, 3))
         self._axes = np.empty((256, 3))
         self._local = np.empty(256)
-        self._cameras: list[Pose] = []
+        self._offsets = np.empty((256, 3))
+        """Camera's place in the body."""
+        self._sights = np.empty((256, 3))
+        """Camera's optical axis in the body."""
 
     def add(self, pose: Pose, camera: Pose, image: Image) -> None:
-        if self.count == len(self._eyes):
-            self._eyes = np.concatenate([self._eyes, np.empty_like(self._eyes)])
-            self._axes = np.concatenate([self._axes, np.empty_like(self._axes)])
-            self._local = np.concatenate([self._local, np.empty_like(self._local)])
-        self._cameras.append(camera)
+        if self.count == len(self._local):
+            self._eyes, self._axes, self._local, self._offsets, self._sights = (
+                np.concatenate([column, np.empty_like(column)])
+                for column in (self._eyes, self._axes, self._local, self._offsets, self._sights)
+            )
+        self._offsets[self.count] = camera.translation
+        self._sights[self.count] = camera.rotation[:, 2]
         self._local[self.count] = image.local
         self.count += 1
         self.move(self.count - 1, pose)
 
     def move(self, number: int, pose: Pose) -> None:
-        camera = pose @ self._cameras[number]
-        self._eyes[number] = camera.translation
-        self._axes[number] = camera.rotation[:, 2]
+        self._eyes[number] = pose.rotation @ self._offsets[number] + pose.translation
+        self._axes[number] = pose.rotation @ self._sights[number]
 
     def move_all(self, poses: list[Pose]) -> None:
-        for number, pose in enumerate(poses[: self.count]):
-            self.move(number, pose)
+        known = poses[: self.count]
+        rotations = np.stack([pose.rotation for pose in known])
+        places = np.stack([pose.translation for pose in known])
+        n = len(known)
+        self._eyes[:n] = np.einsum("nij,nj->ni", rotations, self._offsets[:n]) + places
+        self._axes[:n] = np.einsum("nij,nj->ni", rotations, self._sights[:n])
 
     def proposals(self, links: Links, table: Array) -> list[int]:
         """Earlier keyframes to register the newest with: by greatest P_L, then least distance, then lowest

@@ -1,0 +1,1 @@
+"""Figures of simulated missions, from the run files that ``pdn sim --out`` leaves."""

@@ -1,0 +1,129 @@
+"""The command ``pdn sim``: fly one scenario against a running daemon."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from pdn.sim.scenario import Scenario
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("sim", help=_HELP)(sim)
+
+
+_HELP = """Fly a simulated vehicle through a scenario, against a running daemon.
+
+SCENARIO is the name of one that comes with pdn (see --list) or the path of a TOML file of one's own. The
+vehicle configures a mission, starts it, flies the survey by its estimate under the policy, and completes the
+mission. At the end the mission's figures are printed; --out keeps the whole course for `pdn plot`."""
+
+
+def sim(
+    scenario: Annotated[str | None, typer.Argument(help="Name or path.", show_default=False)] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the scenarios and stop.")] = False,
+    policy: Annotated[str, typer.Option(help="open-loop, exhaustive or pdn.")] = "pdn",
+    alpha: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Weight of the uncertainty against the area.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of all noise: same seed, same mission.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the run (figures and course) as JSON.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress.")] = False,
+    connect: Annotated[
+        str,
+        typer.Option(
+            "-e", "--connect", metavar="ENDPOINT", envvar="PDN_CONNECT", help="Where the daemon listens."
+        ),
+    ] = "tcp/127.0.0.1:7447",
+    zenoh_config: Annotated[
+        Path | None,
+        typer.Option(
+            "--zenoh-config", metavar="FILE", envvar="ZENOH_CONFIG", help="Zenoh configuration (JSON5)."
+        ),
+    ] = None,
+    vehicle: Annotated[
+        str, typer.Option(metavar="ID", envvar="PDN_VEHICLE", help="The vehicle's name.")
+    ] = "sim",
+    mission: Annotated[
+        str | None, typer.Option(metavar="ID", help="The mission's name; made from the rest if not given.")
+    ] = None,
+) -> None:
+    """See ``_HELP``."""
+    from pdn.sim import scenario as scenarios
+    from pdn.sim.policies import POLICIES
+
+    if list_:
+        _list(as_json)
+        return
+    if scenario is None:
+        raise typer.BadParameter("name a scenario, or ask for --list", param_hint="SCENARIO")
+    if policy not in POLICIES:
+        raise typer.BadParameter(f"{policy!r} is none of {', '.join(POLICIES)}", param_hint="--policy")
+    try:
+        loaded = scenarios.load(scenario)
+    except scenarios.ScenarioError as error:
+        raise typer.BadParameter(str(error), param_hint="SCENARIO") from error
+    _fly(loaded, policy, alpha, seed, out, as_json, connect, zenoh_config, vehicle, mission)
+
+
+def _list(as_json: bool) -> None:
+    from pdn.sim.scenario import load, packaged
+
+    entries = {name: load(name).description for name in packaged()}
+    if as_json:
+        print(json.dumps(entries))
+        return
+    for name, description in entries.items():
+        print(f"{name:10} {description}")
+
+
+def _fly(
+    scenario: Scenario,
+    policy: str,
+    alpha: float,
+    seed: int,
+    out: Path | None,
+    as_json: bool,
+    endpoint: str,
+    zenoh_config: Path | None,
+    vehicle: str,
+    mission: str | None,
+) -> None:
+    import pdn.client
+    from pdn.sim import flight, record, remote
+    from pdn.sim.progress import shown
+
+    name = mission or mission_name(scenario.name, policy, alpha, seed)
+    with (
+        pdn.client.connect(vehicle, endpoint, config_file=zenoh_config) as client,
+        remote.mission(client, scenario, name, alpha) as planner,
+        shown(f"{scenario.name} {policy}", visible=not as_json) as progress,
+    ):
+        run = flight.fly(scenario, policy, alpha, seed, planner, progress)
+    if out is not None:
+        record.save(run, out)
+    if as_json:
+        print(json.dumps(asdict(run.result)))
+        return
+    for key, value in asdict(run.result).items():
+        print(f"{key:20} {value:.4g}" if isinstance(value, float) else f"{key:20} {value}")
+    for line in run.refused:
+        print(f"refused: {line}")
+    if out is not None:
+        print(f"the run is in {out}; draw it with: pdn plot {out} --figure mission")
+
+
+def mission_name(scenario: str, policy: str, alpha: float, seed: int) -> str:
+    """A name that is new for each flight, since a vehicle never uses one twice."""
+    stem = "".join(c if c.isalnum() or c in "-_" else "-" for c in scenario.lower())
+    weight = f"-a{round(100 * alpha):03d}" if policy == "pdn" else ""
+    return f"{stem[:20]}-{policy}{weight}-s{seed}-{time.time_ns() // 1_000_000:x}"
