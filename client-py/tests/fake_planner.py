@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
 import zenoh
 
 from pdn import wire
@@ -239,6 +240,27 @@ class FakePlanner:
                 )
             case wire.Topic.RPC_MISSION:
                 pass
+            case wire.Topic.RPC_GRAPH:
+                return self._graph()
             case _:
                 return wire.Problem(code="unsupported", message="The fake plans nothing.", seq=None)
         return self.state()
+
+    def _graph(self) -> wire.GraphReply:
+        """The keyframes, all at the origin."""
+        origin = wire.Pose(translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0))
+        keyframes = tuple(
+            wire.GraphKeyframe(
+                id=event.id,
+                pose=origin,
+                linearization=origin,
+                local_saliency=0.0,
+                global_saliency=0.0,
+                covariance=wire.row_major(np.eye(6)),
+            )
+            for event in self.applied.events
+            if isinstance(event, wire.Keyframe)
+        )
+        return wire.GraphReply(
+            mission=self.state().mission, graph_seq=self.next_seq, keyframes=keyframes, factors={}, chi2=0.0
+        )

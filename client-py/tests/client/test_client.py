@@ -128,7 +128,8 @@ def test_parameters_travel_as_the_contract_says(planner: FakePlanner, client: Cl
         },
     )
     with pytest.raises(Refused):
-        client.graph(7, True, timeout_s=2.0)
+        client.evaluate([[(0, 0, 0), (1, 0, 0)]], after=3)
+    client.graph(7, True, timeout_s=2.0)
     assert planner.asked[-1] == (
         "rpc/graph",
         {"from": "7", "marginals": "true", "deadline_ms": "1750", "encoding": "bincode"},
