@@ -11,7 +11,7 @@ use crate::error::StateError;
 use pdn_schemas::reply::{Action, Decision, EvaluateReply, GraphReply, WaypointsReply};
 use rayon::ThreadPool;
 
-/// What a decision is asked with.
+/// What a decision, or the evaluation of paths, is asked with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DecisionRequest {
     /// What to assume instead of the mission's settings; the default asks for the mission's own decision.
@@ -20,24 +20,20 @@ pub struct DecisionRequest {
     pub full: bool,
 }
 
-/// Assumptions of a question that changes nothing and is not counted. Standard deviations as in the
-/// mission's `allowable`; what is not set stays as the mission has it.
+/// Assumptions of a question that changes nothing and is not counted: the weight and standard deviations of the
+/// allowance. What is not set stays as the mission has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WhatIf {
     /// Weight of the uncertainty, in [0, 1].
     pub alpha: Option<f64>,
-    /// North, m.
-    pub x_m: Option<f64>,
-    /// East, m.
-    pub y_m: Option<f64>,
+    /// North and east, m.
+    pub sigma_xy_m: Option<f64>,
     /// Down, m.
-    pub depth_m: Option<f64>,
-    /// deg.
-    pub roll_deg: Option<f64>,
-    /// deg.
-    pub pitch_deg: Option<f64>,
-    /// deg.
-    pub heading_deg: Option<f64>,
+    pub sigma_depth_m: Option<f64>,
+    /// Roll and pitch, deg.
+    pub sigma_tilt_deg: Option<f64>,
+    /// Heading, deg.
+    pub sigma_heading_deg: Option<f64>,
 }
 
 impl WhatIf {
@@ -72,7 +68,11 @@ impl DecisionJob {
     ///
     /// # Errors
     /// [`StateError::Singular`] or [`StateError::Internal`] if a covariance cannot be computed.
-    pub fn run(&self, pool: &ThreadPool, stop: &(dyn Fn() -> bool + Sync)) -> Result<DecisionOutcome, StateError> {
+    pub fn run(
+        &self,
+        pool: &ThreadPool,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<DecisionOutcome, StateError> {
         let decision = convert::reply::decide(&self.source, &self.request, pool, stop)?;
         Ok(DecisionOutcome { decision, counted: !self.request.what_if.is_any() })
     }
@@ -89,6 +89,7 @@ impl DecisionOutcome {
 #[derive(Clone, Debug)]
 pub struct EvaluateJob {
     pub(crate) source: Source,
+    pub(crate) request: DecisionRequest,
     pub(crate) paths: Vec<Vec<[f64; 3]>>,
 }
 
@@ -98,8 +99,12 @@ impl EvaluateJob {
     /// # Errors
     /// [`StateError::Stopped`] if `stop` said so before all were evaluated; [`StateError::Invalid`] and its like for a
     /// path that is none; else as [`DecisionJob::run`].
-    pub fn run(&self, pool: &ThreadPool, stop: &(dyn Fn() -> bool + Sync)) -> Result<EvaluateReply, StateError> {
-        convert::reply::evaluate(&self.source, &self.paths, pool, stop)
+    pub fn run(
+        &self,
+        pool: &ThreadPool,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<EvaluateReply, StateError> {
+        convert::reply::evaluate(&self.source, &self.request, &self.paths, pool, stop)
     }
 }
 
@@ -107,7 +112,7 @@ impl EvaluateJob {
 #[derive(Clone, Debug)]
 pub struct GraphJob {
     pub(crate) source: Source,
-    pub(crate) from: Option<u64>,
+    pub(crate) from: u64,
     pub(crate) marginals: bool,
 }
 

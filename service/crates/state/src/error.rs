@@ -66,7 +66,9 @@ pub enum StateError {
         seq: u64,
     },
     /// The buffer of events that wait for a missing one is full.
-    #[error("{buffered} events already wait for event {next_seq}; send the missing events, then event {seq} again")]
+    #[error(
+        "{buffered} events already wait for event {next_seq}; send the missing events, then event {seq} again"
+    )]
     BufferFull {
         /// The event refused; its number is not consumed.
         seq: u64,
@@ -144,7 +146,9 @@ pub enum StateError {
         range: &'static str,
     },
     /// A covariance that is not one.
-    #[error("{field} is not a covariance: {evidence}; send a symmetric, positive definite matrix, row by row")]
+    #[error(
+        "{field} is not a covariance: {evidence}; send a symmetric, positive definite matrix, row by row"
+    )]
     NotPositiveDefinite {
         /// Path of the field.
         field: String,
@@ -160,7 +164,9 @@ pub enum StateError {
         keyframe: u64,
     },
     /// A keyframe id that an earlier event has used.
-    #[error("keyframe.id: keyframe {keyframe} exists since event {since_seq}; give each keyframe an id of its own")]
+    #[error(
+        "keyframe.id: keyframe {keyframe} exists since event {since_seq}; give each keyframe an id of its own"
+    )]
     RepeatedKeyframe {
         /// The keyframe's id.
         keyframe: u64,
@@ -215,9 +221,9 @@ impl StateError {
         match self {
             StateError::NoMission => Code::NoMission,
             StateError::UnknownMission { .. } => Code::UnknownMission,
-            StateError::MissionActive { .. } | StateError::IllegalTransition { .. } | StateError::NotRunning { .. } => {
-                Code::IllegalTransition
-            }
+            StateError::MissionActive { .. }
+            | StateError::IllegalTransition { .. }
+            | StateError::NotRunning { .. } => Code::IllegalTransition,
             StateError::MissionUsed { .. } | StateError::RepeatedKeyframe { .. } => Code::RepeatedId,
             StateError::SequenceConflict { .. } => Code::Conflict,
             StateError::TooLong { .. } => Code::TooLarge,

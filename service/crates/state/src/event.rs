@@ -1,7 +1,7 @@
 //! What a mission is a fold of: the closed list of its events.
 
 use crate::error::StateError;
-use pdn_schemas::codec;
+use pdn_schemas::codec::{self, Format};
 use pdn_schemas::event::{Factor, Keyframe, LinkOutcome};
 use pdn_schemas::problem::Code;
 
@@ -62,12 +62,13 @@ impl Event {
     /// [`StateError::Internal`] if the event cannot be encoded.
     pub fn fingerprint(&self) -> Result<u64, StateError> {
         let (kind, bytes) = match self {
-            Event::Keyframe(keyframe) => (b'k', codec::encode(keyframe)),
-            Event::Factor(factor) => (b'f', codec::encode(factor)),
-            Event::Link(link) => (b'l', codec::encode(link)),
+            Event::Keyframe(keyframe) => (b'k', codec::encode(keyframe, Format::Bincode)),
+            Event::Factor(factor) => (b'f', codec::encode(factor, Format::Bincode)),
+            Event::Link(link) => (b'l', codec::encode(link, Format::Bincode)),
             Event::Undecodable(event) => (b'u', Ok(event.message.clone().into_bytes())),
         };
-        let bytes = bytes.map_err(|error| StateError::Internal { evidence: format!("encoding an event: {error}") })?;
+        let bytes = bytes
+            .map_err(|error| StateError::Internal { evidence: format!("encoding an event: {error}") })?;
         Ok(fnv1a([kind].iter().chain(&bytes)))
     }
 }

@@ -43,10 +43,19 @@ impl Ingest {
     /// [`StateError::SequenceConflict`] if its number came before with other content;
     /// [`StateError::BufferFull`] if it would have to wait and `max_buffered` already do;
     /// [`StateError::Limit`] from `max_events` on. None of them consumes the number.
-    pub fn take(&mut self, event: Event, max_buffered: usize, max_events: u64) -> Result<Arrival, StateError> {
+    pub fn take(
+        &mut self,
+        event: Event,
+        max_buffered: usize,
+        max_events: u64,
+    ) -> Result<Arrival, StateError> {
         let (seq, fingerprint) = (event.seq(), event.fingerprint()?);
         if let Some(known) = self.known(seq) {
-            return if known == fingerprint { Ok(Arrival::Repeat) } else { Err(StateError::SequenceConflict { seq }) };
+            return if known == fingerprint {
+                Ok(Arrival::Repeat)
+            } else {
+                Err(StateError::SequenceConflict { seq })
+            };
         }
         if seq >= max_events {
             return Err(StateError::Limit {
@@ -58,7 +67,11 @@ impl Ingest {
         }
         if seq > self.next_seq() {
             if self.waiting.len() >= max_buffered {
-                return Err(StateError::BufferFull { seq, next_seq: self.next_seq(), buffered: max_buffered });
+                return Err(StateError::BufferFull {
+                    seq,
+                    next_seq: self.next_seq(),
+                    buffered: max_buffered,
+                });
             }
             self.waiting.insert(seq, (fingerprint, event));
             return Ok(Arrival::Waiting);

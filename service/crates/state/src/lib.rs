@@ -2,10 +2,11 @@
 //! decisions, bit for bit.
 //!
 //! Reading order. What can go wrong and how much is allowed: [`error`], [`limits`]. What happens to a mission:
-//! [`lifecycle`], [`event`], [`ingest`] (the order of events). What events do: [`change`] (an event that has been
-//! checked), [`settings`], [`fold`] (the pose graph, coverage and P_L that grow with them), [`survey`], [`view`]
-//! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. Where the
-//! messages of the contract meet the types of the method: [`convert`], and nowhere else.
+//! [`lifecycle`], [`event`], `ingest` (the order of events). What events do: `change` (an event that has been
+//! checked), `settings`, `book` (which keyframes are in the graph and which wait), `fold` (the pose graph, the area and
+//! P_L that grow with them), `trail`, `survey`, `view` (the state at a moment, immutable). Who owns it: [`mission`],
+//! [`vehicle`]. What is answered: [`answer`]. Where the messages of the contract meet the types of the method:
+//! `convert`, and nowhere else.
 //!
 //! Nothing here reads a clock, starts a thread or does input or output: the time is passed in, questions that take
 //! long are jobs that the caller runs where it likes, and a journal wraps [`Vehicle`] from outside, since
@@ -17,24 +18,27 @@ pub mod limits;
 pub mod lifecycle;
 
 pub mod event;
-pub mod ingest;
+mod ingest;
 
-pub mod change;
-pub mod settings;
-mod undo;
+mod book;
+mod change;
+mod settings;
 
-pub mod fold;
-pub mod survey;
-pub mod view;
+mod fold;
+mod survey;
+mod trail;
+mod view;
 
 pub mod mission;
 pub mod vehicle;
 
 pub mod answer;
 
-pub mod convert;
+mod convert;
 
-pub use answer::{DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob, WhatIf};
+pub use answer::{
+    DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob, WhatIf,
+};
 pub use error::StateError;
 pub use event::{Event, Undecodable};
 pub use lifecycle::Operation;

@@ -103,14 +103,8 @@ fn next(phase: Phase, operation: Operation) -> Option<Phase> {
 mod tests {
     use super::*;
 
-    const PHASES: [Phase; 6] = [
-        Phase::Configured,
-        Phase::Running,
-        Phase::Paused,
-        Phase::Held,
-        Phase::Completed,
-        Phase::Aborted,
-    ];
+    const PHASES: [Phase; 6] =
+        [Phase::Configured, Phase::Running, Phase::Paused, Phase::Held, Phase::Completed, Phase::Aborted];
 
     /// The table of the module's documentation, parsed: what it says is what the code does.
     #[test]
@@ -134,7 +128,9 @@ mod tests {
                         let text = error.to_string();
                         assert!(text.contains(name) && text.contains(row[0]), "{text}");
                         for (other, cell) in table[0].iter().zip(&row[1..]) {
-                            let StateError::IllegalTransition { legal, .. } = &error else { panic!("{error}") };
+                            let StateError::IllegalTransition { legal, .. } = &error else {
+                                panic!("{error}")
+                            };
                             assert_eq!(legal.contains(other), *cell != "-");
                         }
                     }

@@ -132,14 +132,12 @@ impl Mission {
 
     fn apply(&mut self, event: Event, offered: &mut Offered) {
         let seq = event.seq();
-        let change = convert::event::change(event);
-        match change.and_then(|change| self.fold.apply(seq, change)) {
-            Ok(late) => {
-                offered.applied += 1;
-                offered.refused.extend(late);
-            }
-            Err(error) => offered.refused.push(Refusal { seq, error }),
-        }
+        let refused = match convert::event::change(event) {
+            Ok(change) => self.fold.apply(seq, change),
+            Err(error) => vec![Refusal { seq, error }],
+        };
+        offered.applied += u64::from(refused.iter().all(|refusal| refusal.seq != seq));
+        offered.refused.extend(refused);
     }
 
     pub(crate) fn command(
@@ -192,20 +190,19 @@ impl Mission {
     ///
     /// # Errors
     /// [`StateError::NotReady`], [`StateError::TooLong`], [`StateError::NotFinite`], [`StateError::OutOfRange`].
-    pub fn begin_evaluate(&mut self, paths: Vec<Vec<[f64; 3]>>) -> Result<EvaluateJob, StateError> {
+    pub fn begin_evaluate(
+        &mut self,
+        paths: Vec<Vec<[f64; 3]>>,
+        request: DecisionRequest,
+    ) -> Result<EvaluateJob, StateError> {
+        convert::config::check_what_if(&request.what_if)?;
         convert::config::check_paths(&paths, &self.limits)?;
-        Ok(EvaluateJob { source: self.source()?, paths })
+        Ok(EvaluateJob { source: self.source()?, request, paths })
     }
 
     /// Prepares `rpc/graph`: keyframes from id `from` on, with their marginals if asked. An empty graph is an answer.
-    ///
-    /// # Errors
-    /// [`StateError::UnknownKeyframe`] for a `from` that no event has introduced.
-    pub fn begin_graph(&mut self, from: Option<u64>, marginals: bool) -> Result<GraphJob, StateError> {
-        if let Some(keyframe) = from.filter(|keyframe| !self.fold.knows(*keyframe)) {
-            return Err(StateError::UnknownKeyframe { field: "from".to_string(), keyframe });
-        }
-        Ok(GraphJob { source: self.any_source(), from, marginals })
+    pub fn begin_graph(&mut self, from: Option<u64>, marginals: bool) -> GraphJob {
+        GraphJob { source: self.any_source(), from: from.unwrap_or(0), marginals }
     }
 
     /// Prepares `rpc/waypoints`.
@@ -218,13 +215,13 @@ impl Mission {
 
     /// `rpc/coverage`. Cost: linear in the cells of the rasters.
     pub fn coverage(&mut self) -> CoverageReply {
-        self.fold.look_ahead();
-        convert::reply::coverage(self.id(), self.next_seq(), &self.fold)
+        let (mission, graph_seq, target_m2) = (self.id().to_string(), self.next_seq(), self.fold.target_m2());
+        convert::reply::coverage(mission, graph_seq, target_m2, self.fold.coverage())
     }
 
     /// `rpc/link_model`.
     pub fn link_model(&self) -> LinkModelReply {
-        convert::reply::link_model(self.id(), self.next_seq(), self.fold.link_model())
+        convert::reply::link_model(self.id().to_string(), self.next_seq(), self.fold.link_model())
     }
 
     /// `rpc/ingest`; `rejected` counts the events whose number was consumed but whose content was not. Without a journal nothing survives the process: `durable_seq` is `next_seq`, which then means
@@ -247,19 +244,28 @@ impl Mission {
 
     /// `rpc/mission`, `out/state`. Cost beyond solving for the events not yet solved for: one marginal.
     pub fn state(&mut self) -> MissionState {
-        let robot = self.fold.robot();
-        let findings = self.findings();
+        let mut findings = self.fold.findings();
+        let robot = self.fold.robot().unwrap_or_else(|error| {
+            findings.push(error.to_string());
+            None
+        });
+        if let Some((first, last)) = self.ingest.missing(1).first() {
+            let waiting = self.ingest.buffered();
+            findings.push(format!(
+                "events {first} to {last} are missing, {waiting} later ones wait: send them again"
+            ));
+        }
         MissionState {
             mission: self.id().to_string(),
             phase: self.phase,
-            robot: robot.as_ref().map(convert::reply::robot),
+            robot: robot.as_ref().map(convert::reply::robot_now),
             reason: self.reason.clone(),
             since_ns: self.since_ns,
             config: self.config.clone(),
             next_seq: self.next_seq(),
             keyframes: self.fold.keyframes_in_graph() as u64,
             factors: self.fold.factors_in_graph(),
-            covered_m2: self.fold.covered_m2(),
+            covered_m2: self.fold.coverage().covered_m2(),
             target_m2: self.fold.target_m2(),
             uncertainty: robot.map(|robot| robot.uncertainty),
             decisions: self.decisions,
@@ -267,15 +273,6 @@ impl Mission {
             estimated_remaining_m: self.fold.survey_remaining_m(),
             health: Health { ok: findings.is_empty(), findings },
         }
-    }
-
-    fn findings(&self) -> Vec<String> {
-        let mut findings = self.fold.findings();
-        if let Some((first, last)) = self.ingest.missing(1).first() {
-            let waiting = self.ingest.buffered();
-            findings.push(format!("events {first} to {last} are missing and {waiting} later ones wait: send them again"));
-        }
-        findings
     }
 
     fn source(&mut self) -> Result<Source, StateError> {
@@ -290,6 +287,7 @@ impl Mission {
             mission: self.id().to_string(),
             graph_seq: self.next_seq(),
             phase: self.phase,
+            allowable: self.config.allowable,
             view: self.fold.view(),
         }
     }

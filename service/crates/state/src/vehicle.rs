@@ -67,19 +67,17 @@ impl Vehicle {
         self.current = Some(mission.clone());
         self.missions.insert(mission.clone(), Mission::new(config, settings, self.limits, now_ns));
         self.forget();
-        Ok(self.missions.entry(mission).or_insert_with_key(|id| unreachable!("mission {id} was inserted above")))
+        self.mission(None)
     }
 
     /// Takes an event of any of the vehicle's missions: applies it and those that waited for it, lets it wait,
     /// ignores it as a repeat or refuses it. See [`Offered`].
     pub fn offer(&mut self, event: Event) -> Offered {
-        let kept = || self.missions.keys().cloned().collect();
-        if !self.missions.contains_key(event.mission()) {
-            let error = StateError::UnknownMission { mission: event.mission().to_string(), kept: kept() };
-            return Offered::refused(event.mission(), event.seq(), 0, error);
+        let (id, seq) = (event.mission().to_string(), event.seq());
+        match self.mission(Some(&id)) {
+            Ok(mission) => mission.offer(event),
+            Err(error) => Offered::refused(&id, seq, 0, error),
         }
-        let mission = self.missions.get_mut(event.mission());
-        mission.expect("the mission was found above").offer(event)
     }
 
     /// Takes the place of an event whose body could not be decoded but whose head could: its number is consumed
@@ -88,23 +86,25 @@ impl Vehicle {
         self.offer(Event::Undecodable(Undecodable { mission: mission.to_string(), seq, code, message }))
     }
 
-    /// Changes the phase of the current mission.
+    /// Changes the phase of the mission of that id, or of the current one. An empty `reason` is filled in.
     ///
     /// # Errors
-    /// [`StateError::NoMission`], [`StateError::IllegalTransition`], [`StateError::TooLong`] for the reason.
+    /// [`StateError::NoMission`], [`StateError::UnknownMission`], [`StateError::IllegalTransition`],
+    /// [`StateError::TooLong`] for the reason.
     pub fn command(
         &mut self,
+        id: Option<&str>,
         operation: Operation,
         reason: &str,
         now_ns: u64,
     ) -> Result<&mut Mission, StateError> {
-        let current = self.current.as_ref().and_then(|current| self.missions.get_mut(current));
-        let mission = current.ok_or(StateError::NoMission)?;
+        let mission = self.mission(id)?;
         mission.command(operation, reason, now_ns)?;
-        if lifecycle::has_ended(mission.phase()) {
-            self.ended.push(mission.id().to_string());
+        let (id, phase) = (mission.id().to_string(), mission.phase());
+        if lifecycle::has_ended(phase) {
+            self.ended.push(id.clone());
         }
-        Ok(mission)
+        self.mission(Some(&id))
     }
 
     /// The mission of that id, or the current one.
@@ -113,10 +113,8 @@ impl Vehicle {
     /// [`StateError::NoMission`], [`StateError::UnknownMission`] with the ids that are kept.
     pub fn mission(&mut self, id: Option<&str>) -> Result<&mut Mission, StateError> {
         let id = id.or(self.current.as_deref()).ok_or(StateError::NoMission)?.to_string();
-        if !self.missions.contains_key(&id) {
-            return Err(StateError::UnknownMission { mission: id, kept: self.missions.keys().cloned().collect() });
-        }
-        Ok(self.missions.get_mut(&id).expect("the mission was found above"))
+        let kept: Vec<String> = self.missions.keys().cloned().collect();
+        self.missions.get_mut(&id).ok_or(StateError::UnknownMission { mission: id, kept })
     }
 
     /// Ids of the missions that are kept, in their order.

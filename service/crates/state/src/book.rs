@@ -1,0 +1,354 @@
+//! The keyframes and measurements of a mission, which of them are in the graph and which still wait to be tied to
+//! it; every change can be taken back.
+
+use crate::change::{Change, Measurement, NewKeyframe};
+use crate::convert;
+use crate::error::StateError;
+use crate::limits::Limits;
+use crate::mission::Refusal;
+use crate::settings::Settings;
+use pdn_kernel::se3::Pose;
+use pdn_kernel::{Factor, FactorKind, Node};
+use pdn_planning::{OdometryStep, Saliency};
+use std::collections::BTreeMap;
+
+/// What is known of the keyframes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Book {
+    pub(crate) keyframes: BTreeMap<u64, Record>,
+    /// Ids of the keyframes in the graph; the index is the kernel's node.
+    pub(crate) nodes: Vec<u64>,
+    /// Measurements that name a keyframe outside of the graph, by event.
+    pub(crate) waiting: BTreeMap<u64, Measurement>,
+    pub(crate) factors: BTreeMap<FactorKind, u64>,
+    pub(crate) went: Vec<(Node, Node)>,
+    /// The odometry measurement into the newest keyframe that has one, with that keyframe's node.
+    pub(crate) last_odometry: Option<(Node, OdometryStep)>,
+    log: Vec<Undo>,
+}
+
+/// One keyframe.
+#[derive(Clone, Debug)]
+pub(crate) struct Record {
+    since_seq: u64,
+    world_from_body: Option<Pose>,
+    pub(crate) body_from_camera: Pose,
+    pub(crate) saliency: Saliency,
+    pub(crate) node: Option<Node>,
+    factors: usize,
+}
+
+/// What enters the graph, in order.
+#[derive(Clone, Debug)]
+pub(crate) enum Addition {
+    /// The next node, with its first estimate.
+    Keyframe(Pose),
+    /// A factor between nodes.
+    Factor(Box<Factor>),
+}
+
+#[derive(Clone, Debug)]
+enum Undo {
+    Introduced(u64),
+    Named(u64),
+    Entered(u64),
+    Waited(u64),
+    Resumed(u64, Box<Measurement>),
+    Counted(FactorKind),
+    Went,
+    Odometry(Option<(Node, OdometryStep)>),
+}
+
+/// Pose of a node as it is estimated now.
+type PoseOf<'a> = &'a dyn Fn(Node, &[Addition]) -> Pose;
+
+impl Book {
+    /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`; measurements that
+    /// waited and are refused now that their keyframes have entered are returned.
+    ///
+    /// # Errors
+    /// Why the change is refused; nothing has changed then.
+    pub(crate) fn note(
+        &mut self,
+        seq: u64,
+        change: &Change,
+        settings: &Settings,
+        limits: &Limits,
+        pose_of: PoseOf,
+        additions: &mut Vec<Addition>,
+    ) -> Result<Vec<Refusal>, StateError> {
+        match change {
+            Change::Keyframe(keyframe) => {
+                self.introduce(seq, keyframe, settings, limits, additions)?;
+                Ok(Vec::new())
+            }
+            Change::Measurement(measurement) => {
+                self.check_names(measurement, limits)?;
+                let rehearsal = self.factor(measurement, settings, [Node(0), Node(1)]);
+                rehearsal.map_err(|error| convert::error::measurement(measurement, error))?;
+                self.place(seq, measurement, settings, pose_of, additions)?;
+                Ok(self.flush(settings, pose_of, additions))
+            }
+            Change::Link { .. } => Ok(Vec::new()),
+        }
+    }
+
+    /// Everything noted up to here is final.
+    pub(crate) fn settle(&mut self) {
+        self.log.clear();
+    }
+
+    /// Takes back everything that was noted since the last [`Book::settle`].
+    pub(crate) fn undo(&mut self) {
+        while let Some(step) = self.log.pop() {
+            match step {
+                Undo::Introduced(id) => {
+                    self.keyframes.remove(&id);
+                }
+                Undo::Named(id) => {
+                    self.keyframes.entry(id).and_modify(|record| record.factors -= 1);
+                }
+                Undo::Entered(id) => {
+                    self.keyframes.entry(id).and_modify(|record| record.node = None);
+                    self.nodes.pop();
+                }
+                Undo::Waited(seq) => {
+                    self.waiting.remove(&seq);
+                }
+                Undo::Resumed(seq, measurement) => {
+                    self.waiting.insert(seq, *measurement);
+                }
+                Undo::Counted(kind) => {
+                    self.factors.entry(kind).and_modify(|count| *count -= 1);
+                }
+                Undo::Went => {
+                    self.went.pop();
+                }
+                Undo::Odometry(before) => self.last_odometry = before,
+            }
+        }
+    }
+
+    fn introduce(
+        &mut self,
+        seq: u64,
+        keyframe: &NewKeyframe,
+        settings: &Settings,
+        limits: &Limits,
+        additions: &mut Vec<Addition>,
+    ) -> Result<(), StateError> {
+        if let Some(known) = self.keyframes.get(&keyframe.id) {
+            return Err(StateError::RepeatedKeyframe { keyframe: keyframe.id, since_seq: known.since_seq });
+        }
+        if self.keyframes.len() >= limits.max_keyframes {
+            return Err(StateError::Limit {
+                what: "keyframes of the mission",
+                bound: "max_keyframes",
+                limit: limits.max_keyframes as u64,
+                advice: "complete this mission and configure another",
+            });
+        }
+        let prior = self.first_prior(keyframe, settings)?;
+        let record = Record {
+            since_seq: seq,
+            world_from_body: keyframe.world_from_body,
+            body_from_camera: keyframe.body_from_camera.unwrap_or(settings.body_from_camera),
+            saliency: keyframe.saliency,
+            node: None,
+            factors: 0,
+        };
+        self.keyframes.insert(keyframe.id, record);
+        self.log.push(Undo::Introduced(keyframe.id));
+        if let Some((measurement, pose, factor)) = prior {
+            self.enter(keyframe.id, pose, additions);
+            self.join(&measurement, factor, additions);
+        }
+        Ok(())
+    }
+
+    /// The configuration's prior on the very first keyframe, at the pose that its event carries.
+    fn first_prior(
+        &self,
+        keyframe: &NewKeyframe,
+        settings: &Settings,
+    ) -> Result<Option<(Measurement, Pose, Factor)>, StateError> {
+        let (true, Some(pose), Some(covariance)) =
+            (self.keyframes.is_empty(), keyframe.world_from_body, settings.first_keyframe_covariance)
+        else {
+            return Ok(None);
+        };
+        let prior = Measurement::Prior { keyframe: keyframe.id, world_from_body: pose, covariance };
+        let factor = self.factor(&prior, settings, [Node(0), Node(1)]);
+        let factor = factor.map_err(|error| convert::error::measurement(&prior, error))?;
+        Ok(Some((prior, pose, factor)))
+    }
+
+    fn check_names(&self, measurement: &Measurement, limits: &Limits) -> Result<(), StateError> {
+        let field = |name| format!("factor.{}.{name}", measurement.kind().name());
+        let (first, second) = measurement.keyframes();
+        let names = if second.is_some() { ["from", "to"] } else { ["keyframe", ""] };
+        for (keyframe, name) in [Some(first), second].into_iter().zip(names) {
+            let Some(keyframe) = keyframe else { continue };
+            let unknown = || StateError::UnknownKeyframe { field: field(name), keyframe };
+            if self.keyframes.get(&keyframe).ok_or_else(unknown)?.factors >= limits.max_factors_per_keyframe {
+                return Err(StateError::Limit {
+                    what: "factors that name one keyframe",
+                    bound: "max_factors_per_keyframe",
+                    limit: limits.max_factors_per_keyframe as u64,
+                    advice: "leave further factors of this keyframe out",
+                });
+            }
+        }
+        if Some(first) == second {
+            let problem =
+                format!("from and to are both keyframe {first}; send a factor of two different keyframes");
+            return Err(StateError::Invalid { field: field("to"), problem });
+        }
+        if self.factors_in_graph() + self.waiting.len() as u64 >= limits.max_factors as u64 {
+            return Err(StateError::Limit {
+                what: "factors of the mission",
+                bound: "max_factors",
+                limit: limits.max_factors as u64,
+                advice: "complete this mission and configure another",
+            });
+        }
+        Ok(())
+    }
+
+    /// Puts a valid measurement where it belongs: into the graph, bringing a keyframe along if it ties one, or among
+    /// those that wait.
+    fn place(
+        &mut self,
+        seq: u64,
+        measurement: &Measurement,
+        settings: &Settings,
+        pose_of: PoseOf,
+        additions: &mut Vec<Addition>,
+    ) -> Result<(), StateError> {
+        if self.is_placeable(measurement) {
+            self.add(measurement, settings, pose_of, additions)?;
+        } else {
+            self.waiting.insert(seq, measurement.clone());
+            self.log.push(Undo::Waited(seq));
+        }
+        let (first, second) = measurement.keyframes();
+        for keyframe in [Some(first), second].into_iter().flatten() {
+            self.keyframes.entry(keyframe).and_modify(|record| record.factors += 1);
+            self.log.push(Undo::Named(keyframe));
+        }
+        Ok(())
+    }
+
+    /// Adds what waited for keyframes that are in the graph by now, lowest event first, until nothing more moves.
+    fn flush(&mut self, settings: &Settings, pose_of: PoseOf, additions: &mut Vec<Addition>) -> Vec<Refusal> {
+        let mut refused = Vec::new();
+        while let Some(seq) =
+            self.waiting.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
+        {
+            let Some(measurement) = self.waiting.remove(&seq) else { break };
+            if let Err(error) = self.add(&measurement, settings, pose_of, additions) {
+                refused.push(Refusal { seq, error });
+            }
+            self.log.push(Undo::Resumed(seq, Box::new(measurement)));
+        }
+        refused
+    }
+
+    /// Whether every keyframe of the measurement is in the graph, or will be by this very measurement.
+    fn is_placeable(&self, measurement: &Measurement) -> bool {
+        let in_graph = |keyframe| self.node(keyframe).is_some();
+        match measurement.keyframes() {
+            (keyframe, None) => in_graph(keyframe) || measurement.ties_fully(),
+            (from, Some(to)) if measurement.ties_fully() => in_graph(from) || in_graph(to),
+            (from, Some(to)) => in_graph(from) && in_graph(to),
+        }
+    }
+
+    fn add(
+        &mut self,
+        measurement: &Measurement,
+        settings: &Settings,
+        pose_of: PoseOf,
+        additions: &mut Vec<Addition>,
+    ) -> Result<(), StateError> {
+        let (first, second) = measurement.keyframes();
+        let next = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
+        let nodes = [first, second.unwrap_or(first)].map(|keyframe| self.node(keyframe).unwrap_or(next));
+        let factor = self.factor(measurement, settings, nodes);
+        let factor = factor.map_err(|error| convert::error::measurement(measurement, error))?;
+        let entering =
+            [Some(first), second].into_iter().flatten().find(|keyframe| self.node(*keyframe).is_none());
+        match entering {
+            Some(keyframe) => {
+                let known = if keyframe == first { nodes[1] } else { nodes[0] };
+                let sent = self.keyframes.get(&keyframe).and_then(|record| record.world_from_body);
+                let known_pose = if known == next { Pose::identity() } else { pose_of(known, additions) };
+                let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
+                self.enter(keyframe, sent.unwrap_or_else(tied), additions);
+            }
+            None => {
+                let poses = nodes.map(|node| pose_of(node, additions));
+                let geometry = factor.validate_geometry(&poses[0], second.map(|_| &poses[1]));
+                geometry.map_err(|error| convert::error::measurement(measurement, error))?;
+            }
+        }
+        self.join(measurement, factor, additions);
+        Ok(())
+    }
+
+    fn enter(&mut self, keyframe: u64, world_from_body: Pose, additions: &mut Vec<Addition>) {
+        let node = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
+        self.keyframes.entry(keyframe).and_modify(|record| record.node = Some(node));
+        self.nodes.push(keyframe);
+        self.log.push(Undo::Entered(keyframe));
+        additions.push(Addition::Keyframe(world_from_body));
+    }
+
+    fn join(&mut self, measurement: &Measurement, factor: Factor, additions: &mut Vec<Addition>) {
+        *self.factors.entry(factor.kind()).or_insert(0) += 1;
+        self.log.push(Undo::Counted(factor.kind()));
+        if let (Measurement::Odometry { relative, covariance, .. }, (from, Some(to))) =
+            (measurement, factor.nodes())
+        {
+            self.went.push((from, to));
+            self.log.push(Undo::Went);
+            if self.last_odometry.is_none_or(|(newest, _)| to >= newest) {
+                self.log.push(Undo::Odometry(self.last_odometry));
+                let step = OdometryStep { earlier_from_later: *relative, covariance: *covariance };
+                self.last_odometry = Some((to, step));
+            }
+        }
+        additions.push(Addition::Factor(Box::new(factor)));
+    }
+
+    fn factor(
+        &self,
+        measurement: &Measurement,
+        settings: &Settings,
+        nodes: [Node; 2],
+    ) -> Result<Factor, pdn_kernel::KernelError> {
+        let (first, second) = measurement.keyframes();
+        let camera = |keyframe| {
+            self.keyframes
+                .get(&keyframe)
+                .map_or(&settings.body_from_camera, |record| &record.body_from_camera)
+        };
+        let cameras = [camera(first), camera(second.unwrap_or(first))];
+        measurement.factor(nodes[0], nodes[1], cameras, settings.planning.min_baseline_m, &settings.losses)
+    }
+
+    pub(crate) fn node(&self, keyframe: u64) -> Option<Node> {
+        self.keyframes.get(&keyframe).and_then(|record| record.node)
+    }
+
+    pub(crate) fn factors_in_graph(&self) -> u64 {
+        self.factors.values().sum()
+    }
+
+    /// Keyframes outside of the graph, but for the one introduced last, whose ties may be on their way.
+    pub(crate) fn untied(&self) -> Vec<u64> {
+        let newest = self.keyframes.values().map(|record| record.since_seq).max();
+        let waits = |record: &Record| record.node.is_none() && Some(record.since_seq) != newest;
+        self.keyframes.iter().filter(|(_, record)| waits(record)).map(|(id, _)| *id).collect()
+    }
+}

@@ -1,0 +1,104 @@
+//! Poses, rotations, directions and covariances.
+
+use super::error::kernel;
+use crate::error::StateError;
+use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, Translation3, UnitQuaternion, Vector3};
+use pdn_kernel::gaussian;
+use pdn_kernel::se3::Pose;
+use pdn_schemas::shared::{Covariance6, Pose as WirePose};
+
+/// How far the norm of a quaternion or direction may be from 1; within it the value is normalised.
+pub const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// No coordinate of the world lies farther from its origin, m: beyond it a double resolves no nanometre.
+pub const MAX_COORDINATE_M: f64 = 1e7;
+
+/// Refuses what is infinite or not a number.
+pub fn finite(field: &str, value: f64) -> Result<f64, StateError> {
+    if value.is_finite() { Ok(value) } else { Err(StateError::NotFinite { field: field.to_string(), value }) }
+}
+
+/// Refuses what is not finite, or not in a range that `holds` tests and `range` names.
+pub fn within(field: &str, value: f64, range: &'static str, holds: bool) -> Result<f64, StateError> {
+    finite(field, value)?;
+    if holds { Ok(value) } else { Err(StateError::OutOfRange { field: field.to_string(), value, range }) }
+}
+
+/// Refuses what is not finite and above zero.
+pub fn positive(field: &str, value: f64) -> Result<f64, StateError> {
+    within(field, value, "above 0", value > 0.0)
+}
+
+/// Refuses what is not finite or negative.
+pub fn not_negative(field: &str, value: f64) -> Result<f64, StateError> {
+    within(field, value, "0 or above", value >= 0.0)
+}
+
+/// Refuses what is not in [0, 1].
+pub fn share(field: &str, value: f64) -> Result<f64, StateError> {
+    within(field, value, "[0, 1]", (0.0..=1.0).contains(&value))
+}
+
+/// A place or displacement, m.
+pub fn point(field: &str, values: &[f64; 3]) -> Result<Vector3<f64>, StateError> {
+    for (index, value) in values.iter().enumerate() {
+        let holds = value.abs() <= MAX_COORDINATE_M;
+        within(&format!("{field}[{index}]"), *value, "[-1e7, 1e7] m", holds)?;
+    }
+    Ok(Vector3::from(*values))
+}
+
+/// A unit vector, normalised.
+pub fn direction(field: &str, values: &[f64; 3]) -> Result<Vector3<f64>, StateError> {
+    unit_norm(field, values)?;
+    Ok(Vector3::from(*values).normalize())
+}
+
+/// A unit quaternion `[x, y, z, w]`, normalised.
+pub fn rotation(field: &str, values: &[f64; 4]) -> Result<UnitQuaternion<f64>, StateError> {
+    unit_norm(field, values)?;
+    let [x, y, z, w] = *values;
+    Ok(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)))
+}
+
+/// A rigid transform.
+pub fn pose(field: &str, pose: &WirePose) -> Result<Pose, StateError> {
+    let translation = point(&format!("{field}.translation"), &pose.translation)?;
+    let rotation = rotation(&format!("{field}.rotation"), &pose.rotation)?;
+    Ok(Isometry3::from_parts(Translation3::from(translation), rotation))
+}
+
+/// A covariance given row by row: finite, symmetric, positive definite.
+pub fn covariance<const D: usize>(field: &str, values: &[f64]) -> Result<SMatrix<f64, D, D>, StateError> {
+    for (index, value) in values.iter().enumerate() {
+        finite(&format!("{field}[{index}]"), *value)?;
+    }
+    let covariance = SMatrix::<f64, D, D>::from_row_slice(values);
+    gaussian::validate(&covariance).map_err(|error| kernel(field, error))?;
+    Ok(covariance)
+}
+
+/// A transform as it goes on the wire.
+pub fn wire_pose(pose: &Pose) -> WirePose {
+    WirePose { translation: pose.translation.vector.into(), rotation: pose.rotation.coords.into() }
+}
+
+/// A covariance as it goes on the wire, row by row.
+pub fn wire_covariance(covariance: &Matrix6<f64>) -> Covariance6 {
+    let mut values = [0.0; 36];
+    for (index, value) in values.iter_mut().enumerate() {
+        *value = covariance[(index / 6, index % 6)];
+    }
+    Covariance6(values)
+}
+
+fn unit_norm(field: &str, values: &[f64]) -> Result<(), StateError> {
+    for (index, value) in values.iter().enumerate() {
+        finite(&format!("{field}[{index}]"), *value)?;
+    }
+    let norm = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    if (norm - 1.0).abs() > UNIT_TOLERANCE {
+        return Err(StateError::NotUnit { field: field.to_string(), norm, tolerance: UNIT_TOLERANCE });
+    }
+    Ok(())
+}

@@ -1,0 +1,252 @@
+//! What events add up to: the pose graph, the area that is covered, the table of P_L, the survey's progress.
+//!
+//! A keyframe enters the graph once a prior, odometry or relative factor ties it to the graph in all six degrees
+//! of freedom, or as the first one with the prior of the configuration; until then it and what else names it wait.
+//! So the graph determines every pose.
+//!
+//! Factors collect until the next keyframe's event: they are a group, and the smoother advances once a group, not
+//! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and remembers the
+//! way back, and takes that way if the group goes on. So questions never change a later bit.
+
+use crate::book::{Addition, Book};
+use crate::change::Change;
+use crate::convert;
+use crate::error::StateError;
+use crate::limits::Limits;
+use crate::mission::Refusal;
+use crate::settings::Settings;
+use crate::survey::Progress;
+use crate::trail::{Moved, Trail};
+use crate::view::{RobotNow, View};
+use pdn_kernel::se3::Pose;
+use pdn_kernel::smoother::{Smoother, SmootherSettings};
+use pdn_kernel::{KernelError, Node};
+use pdn_planning::LinkModel;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// A pose whose step exceeds this (m or rad) is linearised anew; estimates and linearisation points differ by no more.
+const RELINEARIZE_ABOVE: f64 = 1e-4;
+
+/// Gauss-Newton steps of one group at most; a group that needs more goes on with the next one.
+const MAX_ITERATIONS: usize = 25;
+
+/// The state of a mission as far as it follows from events.
+#[derive(Clone, Debug)]
+pub struct Fold {
+    pub(crate) settings: Arc<Settings>,
+    limits: Limits,
+    pub(crate) book: Book,
+    pub(crate) link_model: LinkModel,
+    pub(crate) smoother: Smoother,
+    pub(crate) converged: bool,
+    pub(crate) trail: Trail,
+    pub(crate) progress: Progress,
+    group: Group,
+    /// The way back to before the group, once it has been solved for.
+    solved: Option<WayBack>,
+    /// What the fold will be after a group that cannot be solved for as a whole.
+    mended: Option<Box<Fold>>,
+    late: Vec<Refusal>,
+    pub(crate) robot: Option<RobotNow>,
+    pub(crate) view: Option<Arc<View>>,
+}
+
+/// What came since the last keyframe's event, that one included.
+#[derive(Clone, Debug, Default)]
+struct Group {
+    changes: Vec<(u64, Change)>,
+    additions: Vec<Addition>,
+    refused: BTreeSet<u64>,
+}
+
+#[derive(Clone, Debug)]
+struct WayBack {
+    smoother: Smoother,
+    converged: bool,
+    progress: Progress,
+    moved: Moved,
+}
+
+impl Fold {
+    /// The state before the first event.
+    pub fn new(settings: Settings, limits: Limits) -> Fold {
+        let smoother =
+            SmootherSettings { relinearize_above: RELINEARIZE_ABOVE, max_iterations: MAX_ITERATIONS };
+        Fold {
+            limits,
+            book: Book::default(),
+            link_model: settings.link_model.clone(),
+            smoother: Smoother::new(smoother),
+            converged: true,
+            trail: Trail::new(settings.coverage.clone()),
+            progress: Progress::default(),
+            group: Group::default(),
+            solved: None,
+            mended: None,
+            late: Vec::new(),
+            robot: None,
+            view: None,
+            settings: Arc::new(settings),
+        }
+    }
+
+    /// Applies a change. Returns what is refused: this event (nothing has changed then), or earlier ones that could
+    /// only be judged now. Cost: that of solving for the last group if a keyframe begins a new one, else of looking
+    /// up what is named.
+    pub fn apply(&mut self, seq: u64, change: Change) -> Vec<Refusal> {
+        let mut refused = Vec::new();
+        let result = match change {
+            Change::Link { from, to, registered } => self.learn(from, to, registered),
+            Change::Keyframe(_) => {
+                refused = self.close();
+                self.note(seq, change).map(|late| refused.extend(late))
+            }
+            Change::Measurement(_) => self.note(seq, change).map(|late| refused.extend(late)),
+        };
+        refused.extend(result.err().map(|error| Refusal { seq, error }));
+        refused
+    }
+
+    /// Solves for everything that has come, so that what follows answers at once. Changes no later bit.
+    pub fn look_ahead(&mut self) {
+        if self.solved.is_some() || self.mended.is_some() || self.group.changes.is_empty() {
+            return;
+        }
+        if self.solve().is_err() {
+            let mut mended = self.clone();
+            mended.mend();
+            self.mended = Some(Box::new(mended));
+        }
+    }
+
+    fn learn(&mut self, from: u64, to: u64, registered: bool) -> Result<(), StateError> {
+        let saliency = |name: &str, keyframe| {
+            let unknown = || StateError::UnknownKeyframe { field: format!("link.{name}"), keyframe };
+            Ok(self.book.keyframes.get(&keyframe).ok_or_else(unknown)?.saliency.local)
+        };
+        let pair = (saliency("from", from)?, saliency("to", to)?);
+        if from == to {
+            let problem =
+                format!("from and to are both keyframe {from}; send a link of two different keyframes");
+            return Err(StateError::Invalid { field: "link.to".to_string(), problem });
+        }
+        self.link_model.record(pair.0, pair.1, registered);
+        self.mended = None;
+        self.view = None;
+        Ok(())
+    }
+
+    fn note(&mut self, seq: u64, change: Change) -> Result<Vec<Refusal>, StateError> {
+        self.step_back();
+        let smoother = &self.smoother;
+        let pose_of = |node: Node, additions: &[Addition]| {
+            let entered = additions.iter().filter_map(|addition| match addition {
+                Addition::Keyframe(pose) => Some(*pose),
+                Addition::Factor(_) => None,
+            });
+            match node.index().checked_sub(smoother.len()) {
+                None => smoother.estimate(node),
+                Some(index) => entered.clone().nth(index).unwrap_or_else(Pose::identity),
+            }
+        };
+        let (settings, additions) = (&self.settings, &mut self.group.additions);
+        let mut late = self.book.note(seq, &change, settings, &self.limits, &pose_of, additions)?;
+        late.retain(|refusal| self.group.refused.insert(refusal.seq));
+        self.group.changes.push((seq, change));
+        (self.robot, self.view) = (None, None);
+        Ok(late)
+    }
+
+    /// Ends the group; returns the events of it that had to be undone.
+    fn close(&mut self) -> Vec<Refusal> {
+        self.look_ahead();
+        if let Some(mended) = self.mended.take() {
+            *self = *mended;
+        }
+        self.settle();
+        std::mem::take(&mut self.late)
+    }
+
+    fn settle(&mut self) {
+        self.solved = None;
+        self.group = Group::default();
+        self.book.settle();
+    }
+
+    /// Takes the group again change by change and leaves out those that the graph cannot be solved with.
+    fn mend(&mut self) {
+        self.book.undo();
+        let group = std::mem::take(&mut self.group);
+        let mut reported = group.refused;
+        for (seq, change) in group.changes {
+            let mut refused = Vec::new();
+            match self.note(seq, change) {
+                Err(error) => refused.push(Refusal { seq, error }),
+                Ok(late) => {
+                    refused.extend(late);
+                    if let Err(error) = self.solve() {
+                        self.book.undo();
+                        refused.push(Refusal {
+                            seq,
+                            error: convert::error::unsolvable(&self.book.nodes, error),
+                        });
+                    }
+                }
+            }
+            self.settle();
+            refused.retain(|refusal| reported.insert(refusal.seq));
+            self.late.extend(refused);
+        }
+    }
+
+    /// Advances the smoother over the group and remembers the way back.
+    fn solve(&mut self) -> Result<(), KernelError> {
+        let mut ahead = self.smoother.clone();
+        let mut converged = self.converged;
+        for addition in &self.group.additions {
+            match addition {
+                Addition::Keyframe(pose) => drop(ahead.add_keyframe(*pose)),
+                Addition::Factor(factor) => ahead.add_factor((**factor).clone())?,
+            }
+        }
+        if !self.group.additions.is_empty() || !converged {
+            converged = ahead.advance()?.converged;
+        }
+        let mut back = WayBack {
+            smoother: std::mem::replace(&mut self.smoother, ahead),
+            converged: std::mem::replace(&mut self.converged, converged),
+            progress: self.progress,
+            moved: Moved::default(),
+        };
+        let book = &self.book;
+        back.moved = self.trail.follow(self.smoother.linearizations(), |node| {
+            let keyframe = book.nodes[node];
+            (keyframe, book.keyframes[&keyframe].body_from_camera)
+        });
+        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.newest()) {
+            self.progress = survey.advance(self.progress, self.smoother.estimate(robot).translation.vector);
+        }
+        self.solved = Some(back);
+        Ok(())
+    }
+
+    /// The newest keyframe of the graph.
+    pub(crate) fn newest(&self) -> Option<Node> {
+        let count = u32::try_from(self.smoother.len()).unwrap_or(u32::MAX);
+        count.checked_sub(1).map(Node)
+    }
+
+    /// This, or what it will be once the group is mended. To be called after [`Fold::look_ahead`].
+    pub(crate) fn settled(&self) -> &Fold {
+        self.mended.as_deref().unwrap_or(self)
+    }
+
+    /// Undoes [`Fold::look_ahead`].
+    fn step_back(&mut self) {
+        self.mended = None;
+        let Some(back) = self.solved.take() else { return };
+        self.trail.step_back(back.moved);
+        (self.smoother, self.converged, self.progress) = (back.smoother, back.converged, back.progress);
+    }
+}

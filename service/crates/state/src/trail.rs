@@ -1,0 +1,70 @@
+//! The area that has been photographed, by the corrected trajectory: the raster follows the linearisation points.
+
+use pdn_kernel::se3::Pose;
+use pdn_planning::Coverage;
+
+/// The rasters, and where they have each keyframe.
+#[derive(Clone, Debug)]
+pub(crate) struct Trail {
+    coverage: Coverage,
+    /// By node.
+    followed: Vec<Followed>,
+}
+
+/// The way back from one [`Trail::follow`]: nodes whose camera moved in the raster, and from where.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Moved {
+    nodes_before: usize,
+    cameras: Vec<(usize, u64, Option<Pose>)>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Followed {
+    /// The linearisation point that the raster was last compared with; none to compare again.
+    world_from_body: Option<Pose>,
+    /// The pose of the camera that is in the raster; none before the first.
+    world_from_camera: Option<Pose>,
+}
+
+impl Trail {
+    /// Nothing photographed yet.
+    pub(crate) fn new(coverage: Coverage) -> Trail {
+        Trail { coverage, followed: Vec::new() }
+    }
+
+    /// The rasters.
+    pub(crate) fn coverage(&self) -> &Coverage {
+        &self.coverage
+    }
+
+    /// Moves the rasters to where the keyframes are linearised now; `camera` gives a node's keyframe and its
+    /// `body_from_camera`. Cost: a comparison for a node that has not moved, its cells for one that has.
+    pub(crate) fn follow(&mut self, linearizations: &[Pose], camera: impl Fn(usize) -> (u64, Pose)) -> Moved {
+        let mut moved = Moved { nodes_before: self.followed.len(), cameras: Vec::new() };
+        self.followed.resize_with(linearizations.len(), Followed::default);
+        for (node, (followed, world_from_body)) in self.followed.iter_mut().zip(linearizations).enumerate() {
+            if followed.world_from_body.as_ref() == Some(world_from_body) {
+                continue;
+            }
+            followed.world_from_body = Some(*world_from_body);
+            let (keyframe, body_from_camera) = camera(node);
+            let world_from_camera = world_from_body * body_from_camera;
+            if self.coverage.place(keyframe, &world_from_camera) {
+                moved.cameras.push((node, keyframe, followed.world_from_camera.replace(world_from_camera)));
+            }
+        }
+        moved
+    }
+
+    /// Takes one [`Trail::follow`] back; the last one first.
+    pub(crate) fn step_back(&mut self, moved: Moved) {
+        for (node, keyframe, before) in moved.cameras {
+            self.coverage.remove(keyframe);
+            if let Some(world_from_camera) = &before {
+                self.coverage.place(keyframe, world_from_camera);
+            }
+            self.followed[node] = Followed { world_from_body: None, world_from_camera: before };
+        }
+        self.followed.truncate(moved.nodes_before);
+    }
+}

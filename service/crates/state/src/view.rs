@@ -1,0 +1,234 @@
+//! The state at a moment: what is told of it, and the immutable view that questions rest on.
+
+use crate::convert;
+use crate::error::StateError;
+use crate::fold::Fold;
+use nalgebra::{Matrix6, Vector3};
+use pdn_kernel::gaussian;
+use pdn_kernel::se3::Pose;
+use pdn_kernel::smoother::Smoother;
+use pdn_planning::{
+    Coverage, Decision, Derived, Evaluation, LinkModel, PlanningError, Question, Snapshot, SnapshotKeyframe,
+};
+use rayon::ThreadPool;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Everything that a question may ask of the pose graph, immutable.
+pub struct View {
+    /// What decisions rest on.
+    pub snapshot: Snapshot,
+    /// The smoother, for estimates and chi2.
+    pub smoother: Smoother,
+    /// Count of each kind of factor.
+    pub factors: BTreeMap<&'static str, u64>,
+}
+
+/// The newest keyframe as it is estimated now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotNow {
+    /// Its id.
+    pub keyframe: u64,
+    /// The estimate of `world_from_body`.
+    pub pose: Pose,
+    /// Its marginal covariance.
+    pub covariance: Matrix6<f64>,
+    /// (|Sigma_rr| / |Sigma_allow|)^(1/6).
+    pub uncertainty: f64,
+}
+
+impl std::fmt::Debug for View {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(formatter, "View of {} keyframes", self.snapshot.keyframes.len())
+    }
+}
+
+impl View {
+    fn of(fold: &Fold) -> View {
+        let keyframe = |(id, world_from_body): (&u64, &Pose)| {
+            let record = &fold.book.keyframes[id];
+            SnapshotKeyframe {
+                id: *id,
+                world_from_body: *world_from_body,
+                body_from_camera: record.body_from_camera,
+                saliency: record.saliency,
+            }
+        };
+        let factors = fold.book.factors.iter().map(|(kind, count)| (kind.name(), *count));
+        View {
+            snapshot: Snapshot {
+                keyframes: fold.book.nodes.iter().zip(fold.smoother.linearizations()).map(keyframe).collect(),
+                went: fold.book.went.clone(),
+                elimination: fold.smoother.elimination().clone(),
+                last_odometry: fold.book.last_odometry.map(|(_, step)| step),
+                covered_m2: fold.trail.coverage().covered_m2(),
+                target_m2: fold.settings.target_m2,
+                link_model: fold.link_model.clone(),
+                settings: fold.settings.planning.clone(),
+                derived: Derived::default(),
+            },
+            smoother: fold.smoother.clone(),
+            factors: factors.collect(),
+        }
+    }
+
+    /// Explore or revisit.
+    ///
+    /// # Errors
+    /// As [`pdn_planning::decide`], told in this crate's errors.
+    pub fn decide(
+        &self,
+        question: &Question,
+        pool: &ThreadPool,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Decision, StateError> {
+        pdn_planning::decide(&self.snapshot, question, pool, stop).map_err(|error| self.told(error))
+    }
+
+    /// What paths that a person drew would bring.
+    ///
+    /// # Errors
+    /// As [`pdn_planning::evaluate_paths`], told in this crate's errors.
+    pub fn evaluate(
+        &self,
+        question: &Question,
+        paths: &[Vec<Vector3<f64>>],
+        pool: &ThreadPool,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Evaluation, StateError> {
+        let evaluated = if *question == Question::default() {
+            pdn_planning::evaluate_paths(&self.snapshot, paths, pool, stop)
+        } else {
+            pdn_planning::evaluate_paths(&self.assuming(question), paths, pool, stop)
+        };
+        evaluated.map_err(|error| self.told(error))
+    }
+
+    /// Tells an error by keyframe ids.
+    pub fn told(&self, error: impl Into<PlanningError>) -> StateError {
+        convert::error::planning(
+            |node| self.snapshot.keyframes.get(node.index()).map(|keyframe| keyframe.id),
+            error,
+        )
+    }
+
+    fn assuming(&self, question: &Question) -> Snapshot {
+        let snapshot = &self.snapshot;
+        let mut settings = snapshot.settings.clone();
+        settings.alpha = question.alpha.unwrap_or(settings.alpha);
+        settings.allowable = question.allowable.unwrap_or(settings.allowable);
+        Snapshot {
+            keyframes: snapshot.keyframes.clone(),
+            went: snapshot.went.clone(),
+            elimination: snapshot.elimination.clone(),
+            last_odometry: snapshot.last_odometry,
+            covered_m2: snapshot.covered_m2,
+            target_m2: snapshot.target_m2,
+            link_model: snapshot.link_model.clone(),
+            settings,
+            derived: Derived::default(),
+        }
+    }
+}
+
+impl Fold {
+    /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for what has not
+    /// been solved for, and once a change a copy of what is told of each keyframe.
+    pub fn view(&mut self) -> Arc<View> {
+        self.look_ahead();
+        if let Some(view) = &self.view {
+            return Arc::clone(view);
+        }
+        let view = Arc::new(View::of(self.settled()));
+        self.view = Some(Arc::clone(&view));
+        view
+    }
+
+    /// The newest keyframe; none before the first is in the graph. Cost beyond solving: one marginal.
+    ///
+    /// # Errors
+    /// [`StateError::Singular`] if its marginal cannot be computed.
+    pub fn robot(&mut self) -> Result<Option<RobotNow>, StateError> {
+        self.look_ahead();
+        if self.robot.is_none() {
+            self.robot = self.settled().look_at_robot()?;
+        }
+        Ok(self.robot)
+    }
+
+    /// Keyframes in the graph.
+    pub fn keyframes_in_graph(&mut self) -> usize {
+        self.look_ahead();
+        self.settled().smoother.len()
+    }
+
+    /// Factors in the graph, the prior of the configuration included.
+    pub fn factors_in_graph(&mut self) -> u64 {
+        self.look_ahead();
+        self.settled().book.factors_in_graph()
+    }
+
+    /// The rasters.
+    pub fn coverage(&mut self) -> &Coverage {
+        self.look_ahead();
+        self.settled().trail.coverage()
+    }
+
+    /// A_target, m^2.
+    pub fn target_m2(&self) -> f64 {
+        self.settings.target_m2
+    }
+
+    /// The table of P_L.
+    pub fn link_model(&self) -> &LinkModel {
+        &self.link_model
+    }
+
+    /// Length of the survey still ahead, m; none without a survey.
+    pub fn survey_remaining_m(&mut self) -> Option<f64> {
+        self.look_ahead();
+        let survey = self.settings.survey.as_ref()?;
+        Some(survey.length_m() - self.settled().progress.done_m)
+    }
+
+    /// What keeps decisions from resting on the graph, one sentence each.
+    pub fn findings(&mut self) -> Vec<String> {
+        self.look_ahead();
+        let fold = self.settled();
+        let mut findings = Vec::new();
+        let untied = fold.book.untied();
+        if let Some(first) = untied.first() {
+            let count = untied.len();
+            findings.push(format!(
+                "{count} keyframes wait for a prior, odometry or relative factor that ties them to the graph, \
+                 keyframe {first} first"
+            ));
+        }
+        if fold.smoother.is_empty() {
+            let wanted = if fold.settings.first_keyframe_covariance.is_some() {
+                "send a keyframe with a pose"
+            } else {
+                "send a keyframe and a prior factor of it"
+            };
+            findings.push(format!("the graph has no keyframe yet: {wanted}"));
+        }
+        if !fold.converged {
+            findings.push("the estimate has not settled yet; it goes on with the next events".to_string());
+        }
+        findings
+    }
+
+    fn look_at_robot(&self) -> Result<Option<RobotNow>, StateError> {
+        let Some(node) = self.newest() else { return Ok(None) };
+        let told = |error| convert::error::unsolvable(&self.book.nodes, error);
+        let covariance = self.smoother.marginal(node).map_err(told)?;
+        let excess = gaussian::log_determinant(&covariance).map_err(told)?
+            - self.settings.planning.allowable.log_determinant();
+        Ok(Some(RobotNow {
+            keyframe: self.book.nodes[node.index()],
+            pose: self.smoother.estimate(node),
+            covariance,
+            uncertainty: (excess / 6.0).exp(),
+        }))
+    }
+}
