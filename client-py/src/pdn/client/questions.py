@@ -75,9 +75,11 @@ class Questions(Asking):
             alpha=alpha,
         )
 
-    def mission(self, *, mission: str | None = None, timeout_s: float | None = None) -> wire.MissionState:
-        """The mission as it stands."""
-        return self._ask(wire.Topic.RPC_MISSION, wire.MissionState, timeout_s, mission=mission)
+    def mission(
+        self, *, after: int | None = None, mission: str | None = None, timeout_s: float | None = None
+    ) -> wire.MissionState:
+        """The mission as it stands; `after` waits for that event."""
+        return self._ask(wire.Topic.RPC_MISSION, wire.MissionState, timeout_s, mission=mission, after=after)
 
     def ingest(self, *, mission: str | None = None, timeout_s: float | None = None) -> wire.IngestStatus:
         """Which events have arrived."""
