@@ -22,7 +22,9 @@ pub fn candidates<'a>(
     let numbered = trips.zip(1_u32..);
     numbered
         .filter_map(|(((goal, trip), belief), number)| Some((number, goal, trip, belief.as_ref()?)))
-        .map(|(number, goal, trip, belief)| candidate(snapshot, scale, exploration, number, goal, trip, belief))
+        .map(|(number, goal, trip, belief)| {
+            candidate(snapshot, scale, exploration, number, goal, trip, belief)
+        })
         .collect()
 }
 

@@ -85,12 +85,17 @@ impl Coverage {
     pub fn new(facets: &[Facet], cell_m: f64, view: FieldOfView) -> Result<Coverage, PlanningError> {
         check_positive("cell_m", cell_m)?;
         check_positive("camera.max_range_m", view.max_range_m)?;
-        for (name, angle_rad) in
-            [("camera.horizontal_fov_deg", view.horizontal_rad), ("camera.vertical_fov_deg", view.vertical_rad)]
-        {
+        for (name, angle_rad) in [
+            ("camera.horizontal_fov_deg", view.horizontal_rad),
+            ("camera.vertical_fov_deg", view.vertical_rad),
+        ] {
             if !(angle_rad > 0.0 && angle_rad < std::f64::consts::PI) {
                 let value = angle_rad.to_degrees();
-                return Err(PlanningError::OutOfRange { name, value, wanted: "above 0 and below 180 degrees" });
+                return Err(PlanningError::OutOfRange {
+                    name,
+                    value,
+                    wanted: "above 0 and below 180 degrees",
+                });
             }
         }
         let mut limit = MAX_CELLS;

@@ -38,7 +38,8 @@ fn why_explore(
     if ratio < 1.0 {
         return format!("Explore: the next step's uncertainty ratio {ratio:.3} is below the allowance");
     }
-    let exceeded = format!("Explore although the next step's uncertainty ratio {ratio:.3} exceeds the allowance");
+    let exceeded =
+        format!("Explore although the next step's uncertainty ratio {ratio:.3} exceeds the allowance");
     let least = |figure: fn(&Candidate) -> f64| {
         candidates.iter().min_by(move |one, other| figure(one).total_cmp(&figure(other)))
     };

@@ -96,7 +96,8 @@ impl LinkModel {
     }
 
     fn index(&self, saliency: f64, other_saliency: f64) -> usize {
-        let bin = |saliency: f64| ((saliency * self.bins as f64).floor().max(0.0) as usize).min(self.bins - 1);
+        let bin =
+            |saliency: f64| ((saliency * self.bins as f64).floor().max(0.0) as usize).min(self.bins - 1);
         self.shared(bin(saliency), bin(other_saliency))
     }
 

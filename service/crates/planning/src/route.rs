@@ -101,7 +101,8 @@ impl Network<'_> {
                 let limit_rad = self.snapshot.settings.max_view_angle_rad;
                 other != node
                     && nanometres(distance_m) < nanometres(self.radius_m)
-                    && (view_angle_rad(&camera, &other_camera()) <= limit_rad || self.went.contains(&(node, other)))
+                    && (view_angle_rad(&camera, &other_camera()) <= limit_rad
+                        || self.went.contains(&(node, other)))
             })
             .map(|(other, _)| other)
             .collect();

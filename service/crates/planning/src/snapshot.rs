@@ -138,7 +138,11 @@ impl Snapshot {
             let places: Vec<Vector3<f64>> = self.keyframes.iter().map(body_in_world).collect();
             let went = self.went.iter().map(|&(from, to)| (places[from.index()], places[to.index()]));
             let added = places.iter().copied().zip(places.iter().copied().skip(1));
-            median(if self.went.is_empty() { added.map(step_m).collect() } else { went.map(step_m).collect() })
+            median(if self.went.is_empty() {
+                added.map(step_m).collect()
+            } else {
+                went.map(step_m).collect()
+            })
         })
     }
 }

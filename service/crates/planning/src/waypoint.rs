@@ -93,9 +93,8 @@ fn represent(
         .map(|&(_, node)| sixth_root_determinant(&marginals.marginal(node)?))
         .collect::<Result<_, PlanningError>>()?;
     let least = uncertainties.iter().copied().fold(f64::INFINITY, f64::min);
-    let score = |index: usize| {
-        snapshot.keyframe(members[index].1).saliency.global * (least / uncertainties[index])
-    };
+    let score =
+        |index: usize| snapshot.keyframe(members[index].1).saliency.global * (least / uncertainties[index]);
     let mut best = 0;
     for index in 1..members.len() {
         if score(index) > score(best) {

@@ -98,7 +98,12 @@ impl Raster {
             }
             *runs.last_mut().expect("the list begins with one run") += 1;
         }
-        FacetCoverage { cells_u: self.cells_u, cells_v: self.cells_v, covered_cells: self.covered_cells, runs }
+        FacetCoverage {
+            cells_u: self.cells_u,
+            cells_v: self.cells_v,
+            covered_cells: self.covered_cells,
+            runs,
+        }
     }
 
     /// Rows whose centre lies within the box, along `v`, around the field of view's corners.
@@ -152,7 +157,8 @@ struct Frustum {
 
 impl Frustum {
     fn new(view: &FieldOfView) -> Frustum {
-        let [tan_x, tan_y] = [view.horizontal_rad, view.vertical_rad].map(|angle_rad| (0.5 * angle_rad).tan());
+        let [tan_x, tan_y] =
+            [view.horizontal_rad, view.vertical_rad].map(|angle_rad| (0.5 * angle_rad).tan());
         Frustum { tan_x, tan_y, max_range_m: view.max_range_m }
     }
 

@@ -1,0 +1,77 @@
+//! DBSCAN against a naive one that follows the definition, and against another order of the points.
+
+use crate::draw::Draw;
+use nalgebra::Vector3;
+use pdn_planning::cluster::{Point, dbscan};
+use pdn_planning::distance::nanometres;
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn clusters_follow_the_definition(points in points(), eps_m in 0.3..2.0_f64, min_points in 1..6_usize) {
+        prop_assert_eq!(dbscan(&points, eps_m, min_points), naive(&points, eps_m, min_points));
+    }
+
+    #[test]
+    fn clusters_do_not_depend_on_the_order(points in points(), eps_m in 0.3..2.0_f64, seed: u64) {
+        let mut shuffled = points.clone();
+        Draw(seed).shuffle(&mut shuffled);
+        prop_assert_eq!(dbscan(&points, eps_m, 4), dbscan(&shuffled, eps_m, 4));
+    }
+}
+
+#[test]
+fn a_border_point_between_two_cores_joins_the_nearer_and_in_a_tie_the_lower_id() {
+    let with_border = |x: f64| {
+        let cores = [(20, 0.0), (21, 0.1), (22, 0.2), (23, 0.3), (10, 2.1), (11, 2.2), (12, 2.3), (13, 2.4)];
+        let points = cores.into_iter().chain([(1, x)]);
+        dbscan(
+            &points.map(|(id, x)| Point { id, place: Vector3::new(x, 0.0, 0.0) }).collect::<Vec<_>>(),
+            0.95,
+            4,
+        )
+    };
+    assert_eq!(with_border(1.2), [vec![1, 10, 11, 12, 13], vec![20, 21, 22, 23]]);
+    assert_eq!(with_border(1.18), [vec![1, 20, 21, 22, 23], vec![10, 11, 12, 13]]);
+}
+
+/// Places on a coarse lattice, so that ties and distances of exactly eps occur, with a few anywhere.
+fn points() -> impl Strategy<Value = Vec<Point>> {
+    let coordinate = prop_oneof![4 => (0..12).prop_map(|step| 0.5 * f64::from(step)), 1 => 0.0..6.0_f64];
+    prop::collection::vec((coordinate.clone(), coordinate), 0..45).prop_map(|places| {
+        let ids = (0..places.len() as u64).map(|index| index * 7919 % 101);
+        ids.zip(places).map(|(id, (x, y))| Point { id, place: Vector3::new(x, y, 0.0) }).collect()
+    })
+}
+
+fn naive(points: &[Point], eps_m: f64, min_points: usize) -> Vec<Vec<u64>> {
+    let distance = |one: &Point, other: &Point| nanometres((one.place - other.place).norm());
+    let near = |one: &Point, other: &Point| distance(one, other) <= nanometres(eps_m);
+    let cores: Vec<&Point> = points
+        .iter()
+        .filter(|one| points.iter().filter(|other| near(one, other)).count() >= min_points)
+        .collect();
+    let mut label: BTreeMap<u64, u64> = cores.iter().map(|core| (core.id, core.id)).collect();
+    for _ in 0..cores.len() {
+        for one in &cores {
+            let least = cores.iter().filter(|other| near(one, other)).map(|other| label[&other.id]).min();
+            label.insert(one.id, least.expect("a core point is near itself"));
+        }
+    }
+    let mut clusters: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+    for point in points {
+        let nearest =
+            cores.iter().filter(|core| near(core, point)).min_by_key(|core| (distance(core, point), core.id));
+        let own = label.get(&point.id).copied().or_else(|| nearest.map(|core| label[&core.id]));
+        if let Some(own) = own {
+            clusters.entry(own).or_default().push(point.id);
+        }
+    }
+    let mut clusters: Vec<Vec<u64>> = clusters.into_values().collect();
+    clusters.iter_mut().for_each(|members| members.sort_unstable());
+    clusters.sort();
+    clusters
+}
