@@ -1,0 +1,208 @@
+//! All that the types tell of themselves: layouts by `serde-reflection`; docs, defaults and required fields by
+//! `schemars`.
+
+use crate::files::root;
+use pdn_schemas::codec::{Message, MessageVisitor, visit_messages};
+use pdn_schemas::keys::VERSION;
+use pdn_schemas::registry;
+use schemars::SchemaGenerator;
+use serde_json::{Map, Value, json};
+use serde_reflection::{ContainerFormat, Format, Registry, VariantFormat};
+use std::collections::BTreeMap;
+
+/// The layouts of the contract's version as released.
+pub const HISTORY: &str = "schemas/history/v1.json";
+
+/// The contract, taken apart.
+pub struct Contract {
+    /// Layout of each container by name.
+    pub registry: Registry,
+    /// JSON Schema of each container by name.
+    definitions: Map<String, Value>,
+}
+
+/// A field of a struct or of a struct variant.
+pub struct Field<'a> {
+    /// Its name on the wire.
+    pub name: &'a str,
+    /// Its layout.
+    pub format: &'a Format,
+    /// What it means.
+    pub doc: &'a str,
+    /// What it is when JSON leaves it out; none if JSON must have it.
+    pub default: Option<Value>,
+}
+
+/// A variant of an enum.
+pub struct Variant<'a> {
+    /// Its name on the wire.
+    pub name: &'a str,
+    /// Its number in bincode.
+    pub tag: u32,
+    /// What it means.
+    pub doc: &'a str,
+    /// What it contains.
+    pub content: Content<'a>,
+}
+
+/// What a variant contains.
+pub enum Content<'a> {
+    /// Nothing.
+    Unit,
+    /// One value.
+    One(&'a Format),
+    /// Named fields.
+    Fields(Vec<Field<'a>>),
+}
+
+/// A named type of the contract.
+pub enum Shape<'a> {
+    /// A struct.
+    Struct(Vec<Field<'a>>),
+    /// An enum.
+    Enum(Vec<Variant<'a>>),
+}
+
+impl Contract {
+    /// Asks the types.
+    pub fn extract() -> Contract {
+        struct Define(SchemaGenerator);
+        impl MessageVisitor for Define {
+            fn visit<T: Message>(&mut self) {
+                self.0.subschema_for::<T>();
+            }
+        }
+        let mut define = Define(SchemaGenerator::default());
+        visit_messages(&mut define);
+        Contract { registry: registry::registry(), definitions: define.0.take_definitions(false) }
+    }
+
+    /// What a named type means.
+    pub fn doc(&self, name: &str) -> &str {
+        doc(&self.definitions[name])
+    }
+
+    /// A named type with its docs.
+    pub fn shape<'a>(&'a self, name: &str) -> Shape<'a> {
+        let schema = &self.definitions[name];
+        match &self.registry[name] {
+            ContainerFormat::Struct(fields) => {
+                let fields = fields.iter().map(|field| (field.name.as_str(), &field.value));
+                Shape::Struct(fields.map(|(name, format)| described(schema, name, format)).collect())
+            }
+            ContainerFormat::Enum(variants) => {
+                let variant = |(&tag, variant): (&u32, &'a serde_reflection::Named<VariantFormat>)| {
+                    self.variant(schema, tag, variant)
+                };
+                Shape::Enum(variants.iter().map(variant).collect())
+            }
+            other => panic!("{name}: the contract has no {other:?}"),
+        }
+    }
+
+    fn variant<'a>(
+        &'a self,
+        schema: &'a Value,
+        tag: u32,
+        variant: &'a serde_reflection::Named<VariantFormat>,
+    ) -> Variant<'a> {
+        let name = variant.name.as_str();
+        let is_it = |one: &&Value| one["const"] == name || one["properties"].get(name).is_some();
+        let all = schema["oneOf"].as_array().expect("every variant has a doc, so the schema is a oneOf");
+        let one = all.iter().find(is_it).expect("the schema has every variant");
+        let content = match &variant.value {
+            VariantFormat::Unit => Content::Unit,
+            VariantFormat::NewType(inner) => Content::One(inner),
+            VariantFormat::Struct(fields) => {
+                let inner = &one["properties"][name];
+                let field =
+                    |field: &'a serde_reflection::Named<Format>| described(inner, &field.name, &field.value);
+                Content::Fields(fields.iter().map(field).collect())
+            }
+            other => panic!("{name}: the contract has no {other:?}"),
+        };
+        Variant { name, tag, doc: doc(one), content }
+    }
+
+    /// Whether a named type is an enum without content, a mere choice of names.
+    pub fn is_choice(&self, name: &str) -> bool {
+        matches!(self.shape(name), Shape::Enum(variants)
+            if variants.iter().all(|variant| matches!(variant.content, Content::Unit)))
+    }
+
+    /// Names of all types, each after those that it contains.
+    pub fn names_in_order(&self) -> Vec<&str> {
+        let mut order: Vec<&str> = Vec::new();
+        while order.len() < self.registry.len() {
+            let ready = |name: &&&String| {
+                let inside = registry::reached(&self.registry, name);
+                let known = |other: &String| *other == ***name || order.contains(&other.as_str());
+                !order.contains(&name.as_str()) && inside.iter().all(known)
+            };
+            order.push(self.registry.keys().find(|name| ready(&name)).expect("no type contains itself"));
+        }
+        order
+    }
+
+    /// `schemas/generated/registry.json`: the hash of every message and the layout of every container.
+    pub fn registry_json(&self) -> String {
+        let hashes = registry::layout_hashes().iter();
+        let messages: BTreeMap<&str, String> =
+            hashes.map(|(&name, hash)| (name, format!("{hash:016x}"))).collect();
+        let layout =
+            |(name, container): (&String, &ContainerFormat)| (name.clone(), registry::describe(container));
+        let containers: BTreeMap<String, String> = self.registry.iter().map(layout).collect();
+        pretty(&json!({ "contract": VERSION, "messages": messages, "containers": containers }))
+    }
+
+    /// The JSON Schema of every message.
+    pub fn json_schemas(&self) -> Vec<(&'static str, String)> {
+        struct Schemas(Vec<(&'static str, String)>);
+        impl MessageVisitor for Schemas {
+            fn visit<T: Message>(&mut self) {
+                self.0.push((T::NAME, pretty(schemars::schema_for!(T).as_value())));
+            }
+        }
+        let mut schemas = Schemas(Vec::new());
+        visit_messages(&mut schemas);
+        schemas.0
+    }
+
+    /// Fails if a released layout is gone or not what it was.
+    pub fn check_history(&self) -> Result<(), String> {
+        let path = root().join(HISTORY);
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let released: Value = serde_json::from_str(&text).map_err(|error| format!("{HISTORY}: {error}"))?;
+        let containers = released["containers"].as_object().ok_or(format!("{HISTORY}: no containers"))?;
+        let changed = |(name, layout): &(&String, &Value)| {
+            self.registry.get(*name).map(registry::describe).as_deref() != layout.as_str()
+        };
+        let changed: Vec<&str> = containers.iter().filter(changed).map(|(name, _)| name.as_str()).collect();
+        if changed.is_empty() {
+            return Ok(());
+        }
+        Err(format!(
+            "the released layouts of {} have changed ({HISTORY}): clients in the field would be refused. Give the \
+             new layout another name or the contract another version; if {VERSION} is not released yet: \
+             cargo run --release -p pdn-schemas -- release",
+            changed.join(", ")
+        ))
+    }
+}
+
+fn described<'a>(schema: &'a Value, name: &'a str, format: &'a Format) -> Field<'a> {
+    let property = &schema["properties"][name];
+    let required = schema["required"].as_array().is_some_and(|all| all.iter().any(|one| one == name));
+    let default = (!required).then(|| property.get("default").cloned().unwrap_or(Value::Null));
+    Field { name, format, doc: doc(property), default }
+}
+
+fn doc(schema: &Value) -> &str {
+    schema["description"].as_str().unwrap_or_default()
+}
+
+fn pretty(value: &Value) -> String {
+    let mut text = serde_json::to_string_pretty(value).expect("a schema is plain JSON");
+    text.push('\n');
+    text
+}
