@@ -11,7 +11,7 @@ from pdn import __version__
 from pdn.console.failures import Commands
 from pdn.console.options import EXIT_CODES
 
-PARTS = ("pdn.console.commands", "pdn.sim.commands", "pdn.plots.commands")
+PARTS = ("pdn.console.commands", "pdn.sim.commands", "pdn.plots.commands", "pdn.demo")
 """Modules with a function `register(app)`, in the order of the help. They import what is heavy only when
 a command runs.
 """
@@ -54,3 +54,7 @@ def build() -> typer.Typer:
 def main() -> None:
     """Entry point of the command `pdn`."""
     build()()
+
+
+if __name__ == "__main__":
+    main()

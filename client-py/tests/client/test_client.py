@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from fake_planner import FakePlanner
+from proxy import Proxy
 
 from pdn import wire
 from pdn.client import (
@@ -245,6 +246,23 @@ def test_a_planner_that_restarts_gets_again_what_was_not_durable(
         planner.persist()
         events.flush(PATIENCE_S)
     assert ids(planner) == list(range(400))
+
+
+def test_a_link_that_breaks_loses_nothing(planner: FakePlanner) -> None:
+    proxy = Proxy(planner.endpoint)
+    try:
+        with connect("auv", proxy.endpoint) as client:
+            client.configure(CONFIG)
+            with client.mission_stream() as events:
+                for number in range(3000):
+                    events.keyframe(number)
+                    if number in (700, 1900):
+                        proxy.cut()
+                events.flush(PATIENCE_S)
+        assert proxy.connections == 3, "it was cut twice"
+    finally:
+        proxy.close()
+    assert ids(planner) == list(range(3000))
 
 
 def test_a_planner_that_restarts_without_memory_breaks_the_stream(

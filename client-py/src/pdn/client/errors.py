@@ -26,9 +26,17 @@ from typing import Protocol
 class ProblemLike(Protocol):
     """What a refusal carries on the wire: `pdn.wire.Problem`."""
 
-    code: str
-    message: str
-    seq: int | None
+    @property
+    def code(self) -> str:
+        """A code of `schemas/errors.md`."""
+
+    @property
+    def message(self) -> str:
+        """What is wrong, where, and what to do."""
+
+    @property
+    def seq(self) -> int | None:
+        """The event's number; None for a question."""
 
 
 class PdnError(Exception):

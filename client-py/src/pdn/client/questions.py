@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from pdn import wire
 
@@ -95,13 +95,9 @@ class Questions(Asking):
         timeout_s: float | None = None,
     ) -> wire.GraphReply:
         """The pose graph: keyframes from id `from_` on, with their covariances if `marginals`."""
+        parameters: dict[str, Any] = {"from": from_, "marginals": "true" if marginals else None}
         return self._ask(
-            wire.Topic.RPC_GRAPH,
-            wire.GraphReply,
-            timeout_s,
-            mission=mission,
-            after=after,
-            **{"from": from_, "marginals": "true" if marginals else None},
+            wire.Topic.RPC_GRAPH, wire.GraphReply, timeout_s, mission=mission, after=after, **parameters
         )
 
     def waypoints(

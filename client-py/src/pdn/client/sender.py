@@ -49,9 +49,17 @@ _log = logging.getLogger("pdn.client")
 class Status(Protocol):
     """What `rpc/ingest` answers: `pdn.wire.IngestStatus`."""
 
-    next_seq: int
-    durable_seq: int
-    rejected: int
+    @property
+    def next_seq(self) -> int:
+        """All events below are applied."""
+
+    @property
+    def durable_seq(self) -> int:
+        """All events below are durable."""
+
+    @property
+    def rejected(self) -> int:
+        """Events refused so far."""
 
 
 class Link(Protocol):

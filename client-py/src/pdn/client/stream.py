@@ -11,11 +11,12 @@ import zenoh
 
 from pdn import wire
 
+from .errors import ProblemLike
 from .events import Event, Events
 from .link import Link, decode_sample
 from .mission_link import MissionLink, settled_status
 from .outbox import WINDOW, Entry
-from .sender import ProblemLike, Sender
+from .sender import Sender
 
 OnRejected = Literal["raise", "collect"] | Callable[[ProblemLike], None]
 
@@ -100,7 +101,7 @@ class MissionStream(Events):
         self.closed = True
         self._sender.close()
         while self._entities:
-            self._entities.pop().undeclare()
+            self._entities.pop().undeclare()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
         return self

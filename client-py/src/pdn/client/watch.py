@@ -75,7 +75,7 @@ class Watch:
         """Ends the iteration."""
         self._closed = True
         while self._subscribers:
-            self._subscribers.pop().undeclare()
+            self._subscribers.pop().undeclare()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
         return self

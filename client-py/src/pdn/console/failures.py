@@ -34,7 +34,7 @@ def exit_code(error: BaseException) -> int:
 class Commands(TyperGroup):
     """A group of commands that turns this program's errors into sentences and exit codes."""
 
-    def invoke(self, ctx: typer.Context) -> Any:
+    def invoke(self, ctx: Any) -> Any:
         """Runs the command; with `--debug` errors keep their traceback."""
         try:
             return super().invoke(ctx)
