@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 PUBLISHED_WETTED_M2 = 200.98
 COLUMNS = 6
-ROWS = {"side": (0.0, 2.4), "bottom": (2.4, 7.2), "skeg": (7.2, 8.0)}
+ROWS = {"side": (0.0, 2.4), "bottom": (2.4, 7.2), "skeg": (7.2, 7.8)}
 """Where each row of patches lies on the sheet: about its girth amidships."""
 SKEG_ENDS_M = 19.0
 """From the stern; forward of it the centre plane is the stem's."""

@@ -25,14 +25,15 @@ FORBIDDEN = {
     "pdn-schemas": {"tokio", "zenoh", "nalgebra"},
 }
 
-# package below pdn -> packages below pdn that it may import; cli composes them all
+# package below pdn -> packages below pdn that it may import; demo and cli compose
 PACKAGES = {
     "wire": set(),
     "client": {"wire"},
     "sim": {"wire", "client"},
     "console": {"wire", "client"},
     "plots": {"wire", "client"},
-    "cli": {"wire", "client", "sim", "console", "plots"},
+    "demo": {"wire", "client", "sim", "plots"},
+    "cli": {"wire", "client", "sim", "console", "plots", "demo"},
 }
 
 CLOCKS_AND_IO = (

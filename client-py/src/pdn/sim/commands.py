@@ -58,8 +58,9 @@ def sim(
     ] = None,
 ) -> None:
     """See ``_HELP``."""
-    from pdn.sim import scenario as scenarios
     from pdn.sim.policies import POLICIES
+    from pdn.sim.scenario import ScenarioError
+    from pdn.sim.scenario_file import load
 
     if list_:
         _list(as_json)
@@ -69,14 +70,14 @@ def sim(
     if policy not in POLICIES:
         raise typer.BadParameter(f"{policy!r} is none of {', '.join(POLICIES)}", param_hint="--policy")
     try:
-        loaded = scenarios.load(scenario)
-    except scenarios.ScenarioError as error:
+        loaded = load(scenario)
+    except ScenarioError as error:
         raise typer.BadParameter(str(error), param_hint="SCENARIO") from error
     _fly(loaded, policy, alpha, seed, out, as_json, connect, zenoh_config, vehicle, mission)
 
 
 def _list(as_json: bool) -> None:
-    from pdn.sim.scenario import load, packaged
+    from pdn.sim.scenario_file import load, packaged
 
     entries = {name: load(name).description for name in packaged()}
     if as_json:

@@ -44,9 +44,9 @@ def measure_depth(true_m: float, noise: Noise, rng: np.random.Generator) -> Dept
 def measure_registration(true: Pose, noise: Noise, rng: np.random.Generator) -> Registration:
     """Direction and rotation of the newer camera in the older camera's frame.
 
-    The direction's error is drawn in the tangent plane of the true direction; being isotropic it has the same
-    law in the tangent plane of the measured one, where the residual is taken. The rotation's error is
-    ``Log(R_Z^T R)``.
+    The direction's error is drawn in the tangent plane of the true direction. Its squared norm, all that an
+    isotropic covariance weighs, is the same in the tangent plane of the measured direction, where the
+    residual is taken. The rotation's error is ``Log(R_Z^T R)``.
     """
     direction = true.translation / np.linalg.norm(true.translation)
     first, second = tangent_basis(direction)

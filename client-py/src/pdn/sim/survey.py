@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pdn.sim.scenario import Scenario
+from pdn.sim.scenario import Scenario, ScenarioError
 from pdn.sim.se3 import Array, wrap_rad
 from pdn.sim.surface import Facet
 
@@ -129,7 +129,8 @@ class Survey:
         vertices.append(self._off(facet, _end_u(facet, far_end), local))
         while v_to >= facet.unwrapped_v_m[1]:
             below = self._end_facet(facet.unwrapped_v_m[1], far_end)
-            vertices.extend(self._round(facet, below, stride, far_end))
+            if float(below.v @ facet.normal) < 0.0:  # Into an inner corner there is nothing to go round.
+                vertices.extend(self._round(facet, below, stride, far_end))
             facet = below
         vertices.append(self._off(facet, _end_u(facet, far_end), facet.local_v_m(v_to)))
         return vertices
@@ -152,7 +153,7 @@ class Survey:
     def _row(self, v: float) -> list[Facet]:
         row = [f for f in self._facets if f.unwrapped_v_m[0] <= v < f.unwrapped_v_m[1]]
         if not row:
-            raise ValueError(f"no facet lies at v = {v} m of the sheet, where a trackline runs")
+            raise ScenarioError(f"no facet lies at v = {v} m of the sheet, where a trackline runs")
         return sorted(row, key=lambda f: f.unwrapped_u_m[0])
 
     def _end_facet(self, v: float, far_end: bool) -> Facet:
