@@ -81,7 +81,7 @@ def test_a_damaged_vector_is_refused_or_read_as_it_stands(vector: str) -> None:
 def test_every_variant_stands_in_a_vector() -> None:
     names = re.findall(r"(?<=[<,])\d+:(\w+)", " ".join(REGISTRY["containers"].values()))
     texts = b" ".join(read(vector)[1] for vector in VECTORS)
-    assert len(names) > 25
+    assert len(names) >= 25
     for name in names:
         assert f'"{name}"'.encode() in texts, f"no golden vector has the variant {name}"
 
