@@ -4,116 +4,14 @@ A `Shape` reads and writes one type. Reading is as strict as the service: unknow
 beyond their type, infinities and NaN are refused with the path to them.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from struct import Struct as Layout
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from .errors import WireError, invalid
-from .names import Code
-
-_SINGLE = Layout("<f")
-
-
-class Shape(Protocol):
-    """How one type is read and written; `path` says where, for errors."""
-
-    def read(self, value: Any, path: str) -> Any:
-        """The value of a plain form."""
-        ...
-
-    def write(self, value: Any, path: str) -> Any:
-        """The plain form of a value."""
-        ...
-
-
-def _wrong(path: str, expected: str, value: object) -> WireError:
-    shown = repr(value)
-    shown = shown if len(shown) < 80 else f"{shown[:77]}..."
-    return invalid(f"`{path or '.'}` must be {expected}, not {shown}")
-
-
-def _below(path: str, name: str) -> str:
-    return f"{path}.{name}" if path else name
-
-
-class _Exact:
-    """A type whose plain form is itself."""
-
-    def __init__(self, kind: type, expected: str) -> None:
-        self.kind, self.expected = kind, expected
-
-    def read(self, value: Any, path: str) -> Any:
-        if type(value) is not self.kind:
-            raise _wrong(path, self.expected, value)
-        return value
-
-    def write(self, value: Any, path: str) -> Any:
-        if not isinstance(value, self.kind):
-            raise _wrong(path, self.expected, value)
-        return value
-
-
-class _Unsigned:
-    """An integer from 0 on."""
-
-    def __init__(self, bits: int) -> None:
-        self.end, self.expected = 1 << bits, f"an integer from 0 to 2^{bits} - 1"
-
-    def read(self, value: Any, path: str) -> int:
-        if type(value) is not int or not 0 <= value < self.end:
-            raise _wrong(path, self.expected, value)
-        return value
-
-    def write(self, value: Any, path: str) -> int:
-        if isinstance(value, np.integer):
-            value = int(value)
-        return self.read(value, path)
-
-
-class _Double:
-    """A finite number of 64 bits."""
-
-    def read(self, value: Any, path: str) -> float:
-        if type(value) not in (float, int):
-            raise _wrong(path, "a number", value)
-        try:
-            number = float(value)
-        except OverflowError:
-            raise _wrong(path, "a number below 1.8e308", value) from None
-        if not math.isfinite(number):
-            raise WireError(Code.NOT_FINITE, f"`{path or '.'}` is {number}; it must be finite")
-        return number
-
-    def write(self, value: Any, path: str) -> float:
-        return self.read(float(value) if isinstance(value, np.number) else value, path)
-
-
-class _Single(_Double):
-    """A finite number of 32 bits."""
-
-    def read(self, value: Any, path: str) -> float:
-        number = super().read(value, path)
-        try:
-            rounded: float = _SINGLE.unpack(_SINGLE.pack(number))[0]
-        except OverflowError:
-            raise _wrong(path, "a number below 3.5e38", value) from None
-        return rounded
-
-    def write(self, value: Any, path: str) -> float:
-        # The shortest decimal that is this number in 32 bits, as the service writes it.
-        return float(str(np.float32(super().write(value, path))))
-
-
-BOOL = _Exact(bool, "true or false")
-STRING = _Exact(str, "a text")
-U32 = _Unsigned(32)
-U64 = _Unsigned(64)
-F32 = _Single()
-F64 = _Double()
+from .errors import invalid
+from .scalars import Shape, below, wrong
 
 
 class _List:
@@ -126,7 +24,7 @@ class _List:
     def _check(self, value: Any, path: str) -> None:
         is_list = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes)
         if not is_list or (self.size is not None and len(value) != self.size):
-            raise _wrong(path, self.expected, value)
+            raise wrong(path, self.expected, value)
 
     def read(self, value: Any, path: str) -> tuple[Any, ...]:
         self._check(value, path)
@@ -145,7 +43,7 @@ class _Pair:
 
     def _each(self, value: Any, path: str) -> list[tuple[Shape, Any, str]]:
         if not isinstance(value, list | tuple) or len(value) != len(self.parts):
-            raise _wrong(path, f"a list of {len(self.parts)}", value)
+            raise wrong(path, f"a list of {len(self.parts)}", value)
         both = enumerate(zip(self.parts, value, strict=True))
         return [(part, one, f"{path}[{index}]") for index, (part, one) in both]
 
@@ -177,12 +75,12 @@ class _Map:
 
     def read(self, value: Any, path: str) -> dict[str, Any]:
         if not isinstance(value, dict):
-            raise _wrong(path, "an object", value)
+            raise wrong(path, "an object", value)
         return {key: self.inner.read(one, f"{path}.{key}") for key, one in value.items()}
 
     def write(self, value: Any, path: str) -> dict[str, Any]:
         if not isinstance(value, Mapping):
-            raise _wrong(path, "a mapping", value)
+            raise wrong(path, "a mapping", value)
         return {key: self.inner.write(value[key], f"{path}.{key}") for key in sorted(value)}
 
 
@@ -202,14 +100,14 @@ class _Record:
 
     def read(self, value: Any, path: str) -> Any:
         if not isinstance(value, dict):
-            raise _wrong(path, "an object", value)
+            raise wrong(path, "an object", value)
         if not value.keys() <= self.names:
             unknown = min(value.keys() - self.names)
             known = ", ".join(field.name for field in self.fields)
-            raise invalid(f"`{_below(path, unknown)}` is unknown; the fields here are: {known or 'none'}")
+            raise invalid(f"`{below(path, unknown)}` is unknown; the fields here are: {known or 'none'}")
         arguments = {}
         for field in self.fields:
-            where = _below(path, field.name)
+            where = below(path, field.name)
             if field.name in value:
                 arguments[field.attribute] = field.shape.read(value[field.name], where)
             elif not field.optional:
@@ -218,9 +116,9 @@ class _Record:
 
     def write(self, value: Any, path: str) -> dict[str, Any]:
         if type(value) is not self.kind:
-            raise _wrong(path, f"a {self.kind.__qualname__}", value)
+            raise wrong(path, f"a {self.kind.__qualname__}", value)
         return {
-            field.name: field.shape.write(getattr(value, field.attribute), _below(path, field.name))
+            field.name: field.shape.write(getattr(value, field.attribute), below(path, field.name))
             for field in self.fields
         }
 
@@ -246,8 +144,8 @@ class _Union:
         name, content = next(iter(value.items())) if is_object else (value, None)
         variant = self.by_name.get(name) if isinstance(name, str) else None
         if variant is None or is_object == (variant.single is None and variant.fields is None):
-            raise _wrong(path, self.expected, value)
-        where = _below(path, name)
+            raise wrong(path, self.expected, value)
+        where = below(path, name)
         if variant.single is not None:
             return variant.kind(variant.single.read(content, where))
         return variant.fields.read(content, where) if variant.fields is not None else variant.kind()
@@ -255,8 +153,8 @@ class _Union:
     def write(self, value: Any, path: str) -> Any:
         variant = self.by_kind.get(type(value))
         if variant is None:
-            raise _wrong(path, f"a variant of {self.name} ({self.expected})", value)
-        where = _below(path, variant.name)
+            raise wrong(path, f"a variant of {self.name} ({self.expected})", value)
+        where = below(path, variant.name)
         if variant.single is not None:
             return {variant.name: variant.single.write(value.value, where)}
         return variant.name if variant.fields is None else {variant.name: variant.fields.write(value, where)}
@@ -271,7 +169,7 @@ class _Choice:
 
     def read(self, value: Any, path: str) -> StrEnum:
         if not isinstance(value, str) or value not in list(self.kind):
-            raise _wrong(path, self.expected, value)
+            raise wrong(path, self.expected, value)
         return self.kind(value)
 
     def write(self, value: Any, path: str) -> str:

@@ -7,13 +7,6 @@ Generated from the types in `schemas/src` by `cargo run --release -p pdn-schemas
 
 from . import messages as m
 from .plain import (
-    BOOL,
-    F32,
-    F64,
-    STRING,
-    U32,
-    U64,
-    Shape,
     array,
     choice,
     field,
@@ -24,6 +17,15 @@ from .plain import (
     record,
     union,
     variant,
+)
+from .scalars import (
+    BOOL,
+    F32,
+    F64,
+    STRING,
+    U32,
+    U64,
+    Shape,
 )
 
 ACK = record(m.Ack,

@@ -123,7 +123,7 @@ fn row(prefix: &str, field: &Field, text: &mut String) {
     let default = match &field.default {
         None => String::new(),
         Some(value) => match value.to_string() {
-            long if long.len() > 60 => "see the meaning, or its own table".to_owned(),
+            long if long.len() > 60 => "see its type".to_owned(),
             short => format!("`{short}`"),
         },
     };

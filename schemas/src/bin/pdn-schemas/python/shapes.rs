@@ -6,11 +6,11 @@ use serde_reflection::Format;
 
 /// The module.
 pub fn module(contract: &Contract) -> String {
-    let names = [
-        "BOOL", "F32", "F64", "STRING", "U32", "U64", "Shape", "array", "choice", "field", "listed",
-        "mapped", "optional", "paired", "record", "union", "variant",
-    ];
-    let mut text = format!("from . import messages as m\n{}\n", import("plain", &names));
+    let compounds =
+        ["array", "choice", "field", "listed", "mapped", "optional", "paired", "record", "union", "variant"];
+    let scalars = ["BOOL", "F32", "F64", "STRING", "U32", "U64", "Shape"];
+    let imports = import("plain", &compounds) + &import("scalars", &scalars);
+    let mut text = format!("from . import messages as m\n{imports}\n");
     for name in contract.names_in_order() {
         let shape = match contract.shape(name) {
             Shape::Struct(fields) => format!("record(m.{name}{})", of_fields(&fields)),
