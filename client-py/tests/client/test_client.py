@@ -288,6 +288,22 @@ def test_a_stream_goes_on_where_the_mission_stands(planner: FakePlanner, client:
     assert ids(planner) == list(range(11))
 
 
+def test_acknowledgements_of_another_mission_confirm_nothing(planner: FakePlanner, client: Client) -> None:
+    planner.acknowledges = False
+    planner.fate = lambda seq, copy: "lose"
+    with client.mission_stream() as events, client.watch() as watch:
+        events.keyframe(0)
+        planner.publish(wire.Topic.OUT_ACK, wire.Ack(mission="other", next_seq=1, durable_seq=1))
+        planner.publish(wire.Topic.OUT_STATE, planner.state())
+        # Zenoh delivers in order: what was published after the acknowledgement has come.
+        wait_until(lambda: isinstance(watch.next(0.1), wire.MissionState), "the state")
+        wait_until(lambda: planner.copies.get(0, 0) > 1, "the event to be sent again")
+        assert events.durable_seq == 0
+        planner.fate = lambda seq, copy: "apply"
+        events.flush(PATIENCE_S)
+    assert ids(planner) == [0]
+
+
 def test_a_planner_that_stalls_makes_the_sender_wait_with_a_bound(
     planner: FakePlanner, client: Client
 ) -> None:

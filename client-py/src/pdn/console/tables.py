@@ -14,13 +14,14 @@ from . import words
 MAX_ROWS = 40
 """Rows of a table; beyond, the middle is left out: programs read `--json`."""
 
+WIDTH_OF_FILES = 160
+"""Columns where the output is no terminal."""
+
 
 def print_state(state: wire.MissionState) -> None:
     """A mission as it stands."""
-    table = Table(box=None, show_header=False, pad_edge=False)
     for heading, line in words.summary(state):
-        table.add_row(heading, line)
-    _print(table)
+        print(f"{heading:<12} {line}")
 
 
 def print_decision(decision: wire.Decision) -> None:
@@ -72,7 +73,7 @@ def print_graph(graph: wire.GraphReply) -> None:
     print(f"{len(graph.keyframes)} keyframes; factors: {factors or 'none'}; chi2 {graph.chi2:.9g}")
     table = Table(box=None, pad_edge=False)
     for heading in ("keyframe", "north m", "east m", "depth m", "S_L", "S_G", "sigma m", "sigma deg"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     for index, keyframe in enumerate(graph.keyframes):
         if len(graph.keyframes) > MAX_ROWS and MAX_ROWS // 2 <= index < len(graph.keyframes) - MAX_ROWS // 2:
             if index == MAX_ROWS // 2:
@@ -173,4 +174,7 @@ def _chosen(decision: wire.Decision) -> int:
 
 
 def _print(table: Table) -> None:
-    Console(highlight=False, soft_wrap=True).print(table)
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = WIDTH_OF_FILES
+    console.print(table)
