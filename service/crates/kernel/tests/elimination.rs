@@ -9,11 +9,11 @@ use support::*;
 /// Both answers lose about condition number times 1e-16; these systems have conditions up to 1e5.
 const TOLERANCE: f64 = 1e-9;
 
-const SIZES: [usize; 9] = [1, 2, 3, 7, 20, 49, 60, 130, 200];
+const SIZES: [usize; 8] = [2, 3, 7, 20, 49, 60, 130, 200];
 
-fn each_system(mut check: impl FnMut(BlockSystem, &mut Random, String)) {
+fn each_system(most: usize, mut check: impl FnMut(BlockSystem, &mut Random, String)) {
     for kind in 0..5 {
-        for (index, &nodes) in SIZES.iter().enumerate() {
+        for (index, &nodes) in SIZES.iter().enumerate().filter(|&(_, &nodes)| nodes <= most) {
             let mut random = Random::new((100 * kind + index) as u64);
             let system = random_system(kind, nodes, &mut random);
             check(system, &mut random, format!("shape {kind}, {nodes} nodes"));
@@ -23,7 +23,7 @@ fn each_system(mut check: impl FnMut(BlockSystem, &mut Random, String)) {
 
 #[test]
 fn solution_and_marginals_equal_the_dense_inverse() {
-    each_system(|system, _, what| {
+    each_system(200, |system, _, what| {
         let (matrix, right) = dense(&system);
         let covariance = inverse(matrix);
         let expected = &covariance * right;
@@ -47,7 +47,7 @@ fn solution_and_marginals_equal_the_dense_inverse() {
 #[test]
 fn expected_covariances_equal_the_dense_inverse() {
     let mut workspace = Workspace::default();
-    each_system(|system, random, what| {
+    each_system(60, |system, random, what| {
         let elimination = Elimination::of(system).expect(&what);
         for (count, links) in [(1, 0), (1, 2), (2, 1), (9, 0), (9, 3), (9, 40), (30, 12)] {
             let path = random_path(elimination.len(), count, links, random);
@@ -97,8 +97,7 @@ fn a_part_without_anchor_is_named() {
         for node in 41..60 {
             add_pair(&mut system, node - 1, node, &mut random);
         }
-        // A pair with exactly opposite Jacobians leaves the common motion of nodes 40 to 59 free; random pairs do not
-        // need an anchor to be singular: 19 pairs of 6 rows cannot determine 20 nodes.
+        // 19 pairs of 6 rows cannot determine 20 nodes.
         match Elimination::of(system).expect_err("nodes 40 to 59 are free") {
             KernelError::NotPositiveDefinite { node, pivot } => {
                 assert!((40..60).contains(&node.0), "{node}");

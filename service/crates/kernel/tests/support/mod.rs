@@ -59,8 +59,12 @@ impl Random {
         jacobian.tr_mul(&jacobian)
     }
 
+    /// Information on the difference of two nodes up to a turn of the axes: errors add up along a chain, as those of
+    /// odometry do, and do not grow exponentially, as they would with any Jacobians.
     pub fn pair(&mut self) -> PairInformation {
-        PairInformation::from_jacobians(&self.jacobian(), &-self.jacobian())
+        let second = self.jacobian();
+        let turn = self.matrix().qr().q();
+        PairInformation::from_jacobians(&-(second * turn), &second)
     }
 
     pub fn pose(&mut self, metres: f64, radians: f64) -> Pose {
@@ -146,8 +150,13 @@ pub fn dense(system: &BlockSystem) -> (DMatrix<f64>, DVector<f64>) {
     (matrix, right)
 }
 
+/// The dense inverse, by a library's Cholesky factorisation of the whole matrix.
 pub fn inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
-    matrix.cholesky().expect("the test's matrix is positive definite").inverse()
+    use faer::linalg::solvers::DenseSolveCore;
+    let size = matrix.nrows();
+    let view = faer::MatRef::from_column_major_slice(matrix.as_slice(), size, size);
+    let inverse = view.llt(faer::Side::Lower).expect("the test's matrix is positive definite").inverse();
+    DMatrix::from_fn(size, size, |row, column| inverse[(row, column)])
 }
 
 pub fn block(matrix: &DMatrix<f64>, row: usize, column: usize) -> Matrix6<f64> {
