@@ -56,21 +56,21 @@ fn check(mission: &Mission) -> usize {
     assert_close(&decision.exploration.covariance, &expected);
 
     for candidate in &decision.candidates {
-        let weighted = |weight: &dyn Fn(f64) -> f64| {
-            let nodes = candidate.poses.len();
+        let nodes = candidate.poses.len();
+        let weighted = |weight: &dyn Fn(f64) -> f64, count: usize| {
             let information = mission.dense_information(nodes);
-            last_covariances(with_path(snapshot, candidate, information, weight), nodes)
+            last_covariances(with_path(snapshot, candidate, information, weight), count)
         };
         let ratio = |covariance: &Matrix6<f64>| {
             let log_determinant = 2.0 * covariance.cholesky().unwrap().l().diagonal().map(f64::ln).sum();
             ((log_determinant - decision.allowable.log_determinant()) / 6.0).exp()
         };
-        let along = weighted(&|probability| probability);
+        let along = weighted(&|probability| probability, nodes);
         let terminal = along[along.len() - 1];
         let peak = along.iter().map(ratio).fold(0.0, f64::max);
         assert_close(&candidate.covariance, &terminal);
-        let all = ratio(weighted(&|_| 1.0).last().unwrap());
-        let none = ratio(weighted(&|_| 0.0).last().unwrap());
+        let all = ratio(&weighted(&|_| 1.0, 1)[0]);
+        let none = ratio(&weighted(&|_| 0.0, 1)[0]);
         for (found, expected) in [
             (candidate.uncertainty, ratio(&terminal)),
             (candidate.uncertainty_all_links, all),

@@ -51,6 +51,19 @@ proptest! {
 }
 
 #[test]
+fn the_middle_of_a_piece_belongs_to_the_end_of_lower_id_whatever_the_rounding() {
+    let mut draw = Draw(5);
+    for _ in 0..200 {
+        let snapshot = Mission::survey(1, 2, draw.0).snapshot;
+        let mut pair = untied(snapshot.keyframes, snapshot.went);
+        (pair.keyframes[0].id, pair.keyframes[1].id) = if draw.share() < 0.5 { (4, 8) } else { (8, 4) };
+        let [one, other] = [0, 1].map(|index| pair.keyframes[index].world_from_body.translation.vector);
+        let nearest = pair.nearest(&one.lerp(&other, 0.5)).unwrap();
+        assert_eq!(pair.keyframe(nearest).id, 4);
+    }
+}
+
+#[test]
 fn a_prior_that_is_none_is_refused() {
     let even = [1.0, 1.0];
     assert!(LinkModel::new(2, &[even; 4]).is_ok());

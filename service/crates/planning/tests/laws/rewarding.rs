@@ -70,7 +70,7 @@ proptest! {
 }
 
 #[test]
-fn the_ratio_is_the_product_of_the_ratios_of_deviations() {
+fn the_ratio_grows_with_the_square_of_the_deviations() {
     let (scale, ..) = drawn(1, 0.5, 0.2..3.0);
     let allowable = settings().allowable;
     let sigmas = [allowable.x_m, allowable.y_m, allowable.depth_m, allowable.roll_rad, allowable.pitch_rad];
@@ -79,7 +79,7 @@ fn the_ratio_is_the_product_of_the_ratios_of_deviations() {
         covariance[(index, index)] = (1.3 * sigma).powi(2);
     }
     // ln |Sigma| is about -50, rounded by 1e-14; a sixth of it is exponentiated.
-    assert!((scale.uncertainty_ratio(&covariance).unwrap() - 1.3).abs() < 1e-13);
+    assert!((scale.uncertainty_ratio(&covariance).unwrap() - 1.3 * 1.3).abs() < 1e-13);
     covariance[(0, 0)] = -1.0;
     assert!(scale.uncertainty_ratio(&covariance).is_err());
 }

@@ -81,6 +81,24 @@ fn the_radius_itself_does_not_connect_and_the_vehicle_s_own_way_ignores_the_view
     assert!(reach(turned, &[(1, 0)], 1.5));
 }
 
+#[test]
+fn of_two_ways_that_cost_the_same_the_one_over_the_lower_id_is_taken() {
+    let through = |above: u64, below: u64| {
+        let places = [(7, 2.1, 0.0), (above, 1.0, 0.3), (below, 1.0, -0.3), (9, 0.1, 0.0)];
+        let keyframes = places.map(|(id, x, y)| SnapshotKeyframe {
+            id,
+            world_from_body: Pose::translation(x, y, 0.0),
+            body_from_camera: Pose::identity(),
+            saliency: Saliency::NONE,
+        });
+        let mut snapshot = untied(keyframes.into(), Vec::new());
+        snapshot.settings.edge_radius_m = Some(1.5);
+        let route = routes(&snapshot, &[Node(0)]).unwrap().remove(0).unwrap();
+        snapshot.keyframe(route.keyframes[1]).id
+    };
+    assert_eq!((through(3, 5), through(5, 3)), (3, 3));
+}
+
 fn scattered(seed: u64, count: usize, lattice: bool) -> Snapshot {
     let mut draw = Draw(seed);
     let mut cells: Vec<usize> = (0..64).collect();

@@ -52,7 +52,7 @@ proptest! {
                 prop_assert_eq!(trip.poses[outbound], trip.poses[index]);
             }
         }
-        prop_assert_eq!((0..=last).filter(|&index| trip.outbound_of(index).is_some()).count(), (last + 1) / 2 - 1);
+        prop_assert_eq!((0..=last).filter(|&index| trip.outbound_of(index).is_some()).count(), trip.poses.len() / 2 - 1);
     }
 }
 
