@@ -75,6 +75,9 @@ class Planner:
                     self._refuse(entry, announce=False)
                 case "lose":
                     return
+                case "ended" if self.sender:
+                    sender, problem = self.sender, Problem("mission_ended", "configure a new one", entry.seq)
+                    sender.hand_over(lambda: sender.rejected(problem))
             status = Status(self.status.next_seq, self.status.durable_seq)
         if self.acknowledges and self.sender:
             sender = self.sender
@@ -286,6 +289,26 @@ def test_refusals_whose_reasons_got_lost_are_still_reported() -> None:
         with pytest.raises(EventsRefused, match="1 events were refused"):
             sender.flush(PATIENCE_S)
         sender.flush(PATIENCE_S)
+
+
+@pytest.mark.parametrize("raises", [True, False])
+def test_a_mission_that_has_ended_breaks_the_stream_at_once(raises: bool) -> None:
+    planner = Planner(lambda seq, copy: "ended" if seq == 2 else "deliver")
+    with sending(planner, raises=raises) as sender:
+        for _ in range(3):
+            post(sender)
+        with pytest.raises(StreamBroken, match="takes no more events: configure a new one"):
+            sender.flush(PATIENCE_S)
+        assert [problem.seq for problem in sender.refusals] == [2]
+
+
+def test_refusals_of_events_that_are_not_looked_at_only_delay_them() -> None:
+    planner = Planner()
+    with sending(planner) as sender:
+        post(sender)
+        sender.hand_over(lambda: sender.rejected(Problem("overloaded", "later", 0)))
+        sender.flush(PATIENCE_S)
+        assert sender.refusals == []
 
 
 def test_too_many_acknowledgements_do_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:

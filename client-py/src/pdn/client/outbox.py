@@ -57,6 +57,10 @@ class Outbox:
         """Events that `take` would hand out now."""
         return self.next_seq - self._cursor
 
+    def awaits(self, seq: int) -> bool:
+        """Whether that event is not yet known to be applied."""
+        return self.applied_seq <= seq < self.next_seq
+
     def append(self, entry: Entry) -> None:
         """Keeps the next event. Its number must be `next_seq`, and the window must not be full."""
         if entry.seq != self.next_seq:

@@ -13,6 +13,9 @@ KEPT = 1000
 TRANSIENT = frozenset({"overloaded", "not_ready"})
 """Codes that say nothing about the event: it was not looked at, keeps its number and will be sent again."""
 
+FINAL = frozenset({"mission_ended", "unknown_mission", "no_mission", "unknown_vehicle"})
+"""Codes that say that the mission takes no events: the stream ends, these numbers stay unused."""
+
 OnRejected = Callable[[ProblemLike], None]
 
 
@@ -30,12 +33,15 @@ class Refusals:
         """Takes in a refusal; True if it is a new one about an event's content."""
         if problem.code in TRANSIENT:
             return False
-        self.counted += 1
+        if problem.code not in FINAL | {
+            "conflict"
+        }:  # Those consume no number, and the planner counts them not.
+            self.counted += 1
         if problem.seq is not None and self._known(problem):
             return False
         self.all.append(problem)
         del self.all[:-KEPT]
-        if self._raises:
+        if self._raises and problem.code not in FINAL:
             self._unraised.append(problem)
         return True
 

@@ -18,7 +18,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from .errors import (
     BadReply,
@@ -32,7 +31,8 @@ from .errors import (
 )
 from .outbox import WINDOW, Entry, Outbox
 from .patience import STALL_LAST_S, STALL_S, Patience
-from .refusals import OnRejected, Refusals
+from .planner_side import Link, Status
+from .refusals import FINAL, OnRejected, Refusals
 
 BATCH = 64
 """Events sent between two looks at what came in."""
@@ -44,32 +44,6 @@ LATE_REASONS_S = 1.0
 """How long `flush` waits for the reasons of refusals that the planner has counted, s."""
 
 _log = logging.getLogger("pdn.client")
-
-
-class Status(Protocol):
-    """What `rpc/ingest` answers: `pdn.wire.IngestStatus`."""
-
-    @property
-    def next_seq(self) -> int:
-        """All events below are applied."""
-
-    @property
-    def durable_seq(self) -> int:
-        """All events below are durable."""
-
-    @property
-    def rejected(self) -> int:
-        """Events refused so far."""
-
-
-class Link(Protocol):
-    """The way to the planner."""
-
-    def send(self, entry: Entry) -> None:
-        """Publishes an event; may block while the link is slow."""
-
-    def ingest(self, timeout_s: float) -> Status:
-        """Asks which events have arrived; raises a `PdnError`."""
 
 
 class Sender:
@@ -191,6 +165,10 @@ class Sender:
         """A refusal came."""
         with self._changed:
             new = self._refusals.add(problem)
+            if problem.code in FINAL and problem.seq is not None and self._outbox.awaits(problem.seq):
+                ended = problem.code == "mission_ended"
+                kind = StreamBroken if ended else MissionLost
+                self._broken = kind(f"Mission {self.mission} takes no more events: {problem.message}")
             self._changed.notify_all()
         if new and self._on_rejected is not None:
             try:
