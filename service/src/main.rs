@@ -1,2 +1,26 @@
-//! pdnd
-fn main() {}
+//! `pdnd`: the perception-driven navigation daemon.
+//!
+//! Reading order: `cli` (what can be asked of the program), `settings`, `state_dir`, `telemetry`, then the daemon:
+//! `serve` (its phases from start to end), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
+//! vehicle), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
+//!
+//! Exit codes: 0 well; 1 a failure while running, or `pdnd health` found no ready daemon; 2 wrong usage or
+//! settings; 3 an endpoint or the state directory is not to be had.
+
+mod cli;
+mod settings;
+mod state_dir;
+mod telemetry;
+
+mod lobby;
+mod planner;
+mod serve;
+mod vehicle;
+
+mod health;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::run()
+}

@@ -105,7 +105,7 @@ pub fn configuration(network: &Network) -> Result<Config, SessionError> {
         lay_over(&mut all, read(path)?);
     }
     let mut config = Config::from_json5(&all.to_string())
-        .map_err(|cause| SessionError::Configuration { path: origin, cause: cause.to_string() })?;
+        .map_err(|cause| SessionError::Configuration { path: origin, cause: explained(&cause) })?;
     set_endpoints(&mut config, "listen/endpoints", &network.listen)?;
     set_endpoints(&mut config, "connect/endpoints", &network.connect)?;
     for endpoint in listens_on(&config).iter().chain(&connects_to(&config)) {
@@ -150,7 +150,7 @@ pub async fn open(config: Config, timeout: Duration) -> Result<Session, SessionE
     let opened = tokio::time::timeout(timeout, zenoh::open(config)).await;
     let error = match opened {
         Ok(Ok(session)) => return Ok(session),
-        Ok(Err(error)) => error.to_string(),
+        Ok(Err(error)) => explained(&error),
         Err(_) => return Err(SessionError::Timeout { timeout }),
     };
     Err(if listen.is_empty() {
@@ -165,6 +165,12 @@ pub async fn open(config: Config, timeout: Duration) -> Result<Session, SessionE
 /// Closes the session; false if that took longer than `timeout`.
 pub async fn close(session: &Session, timeout: Duration) -> bool {
     matches!(tokio::time::timeout(timeout, session.close()).await, Ok(Ok(())))
+}
+
+/// What Zenoh says, without the places in its source.
+fn explained(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    text.split(" at /").next().unwrap_or(&text).trim_end_matches(['!', '.', ' ']).to_owned()
 }
 
 fn built_in() -> Value {
@@ -209,7 +215,7 @@ fn set_endpoints(config: &mut Config, key: &str, endpoints: &[String]) -> Result
 
 fn check_endpoint(endpoint: &str) -> Result<(), SessionError> {
     let refused = |cause: String| SessionError::Endpoint { endpoint: endpoint.to_owned(), cause };
-    let parsed: EndPoint = endpoint.parse().map_err(|cause: zenoh::Error| refused(cause.to_string()))?;
+    let parsed: EndPoint = endpoint.parse().map_err(|cause: zenoh::Error| refused(explained(&cause)))?;
     let protocol = parsed.protocol().as_str().to_owned();
     if !PROTOCOLS.contains(&protocol.as_str()) {
         return Err(refused(format!("{protocol:?} is none of {}", PROTOCOLS.join(", "))));

@@ -1,0 +1,123 @@
+//! Where vehicles come in that are not known yet: the first accepted `op/configure` makes one.
+
+use crate::planner::Planner;
+use crate::settings::{Settings, count};
+use crate::telemetry::Sparing;
+use crate::vehicle::{self, Owner};
+use pdn_schemas::codec::{self, Format};
+use pdn_schemas::ids::VehicleId;
+use pdn_schemas::keys::key;
+use pdn_schemas::problem::{Code, Problem};
+use pdn_schemas::topics::Topic;
+use pdn_state::Vehicle;
+use pdn_transport::directory::{Directory, Knock, unknown_vehicle};
+use pdn_transport::inbox::{InboxBounds, inbox};
+use pdn_transport::message::{Incoming, Question};
+use pdn_transport::outgoing::Outgoing;
+use std::sync::Arc;
+use std::time::Instant;
+use tokio::sync::{mpsc, oneshot};
+use zenoh::Session;
+use zenoh::bytes::Encoding;
+
+/// Makes vehicles, and answers for those that are none.
+pub struct Lobby {
+    session: Session,
+    directory: Arc<Directory>,
+    planner: Planner,
+    settings: Settings,
+    ends: Vec<oneshot::Receiver<()>>,
+    log: Sparing,
+}
+
+impl Lobby {
+    /// A lobby without guests.
+    pub fn new(session: Session, directory: Arc<Directory>, planner: Planner, settings: Settings) -> Lobby {
+        Lobby { session, directory, planner, settings, ends: Vec::new(), log: Sparing::new() }
+    }
+
+    /// Serves until it is closed; then gives what tells that each vehicle's thread has finished.
+    pub async fn run(
+        mut self,
+        mut knocks: mpsc::Receiver<Knock>,
+        mut closed: oneshot::Receiver<()>,
+    ) -> Vec<oneshot::Receiver<()>> {
+        loop {
+            tokio::select! {
+                biased;
+                _ = &mut closed => break,
+                Some(knock) = knocks.recv() => self.open(knock).await,
+            }
+        }
+        knocks.close();
+        while let Some(knock) = knocks.recv().await {
+            // The directory is closed by now, and answers so.
+            self.directory.deliver(knock.vehicle, knock.incoming);
+        }
+        self.ends
+    }
+
+    async fn open(&mut self, Knock { vehicle, incoming }: Knock) {
+        if self.directory.find(&vehicle).is_some() {
+            return self.directory.deliver(vehicle, incoming);
+        }
+        match incoming {
+            Incoming::Question(question) => self.configure(vehicle, *question).await,
+            Incoming::Event(event) => {
+                let seq = event.payload.head().map(|head| head.seq);
+                let problem = Problem { seq, ..unknown_vehicle(&vehicle) };
+                self.reject(&vehicle, &problem).await;
+            }
+            Incoming::Stray(problem) => self.reject(&vehicle, &problem).await,
+        }
+    }
+
+    async fn configure(&mut self, id: VehicleId, question: Question) {
+        let known = self.directory.len() as u64;
+        if known >= self.settings.max_vehicles {
+            let message = format!(
+                "{known} vehicles have configured missions since the start, which is max_vehicles; raise it and \
+                 start pdnd again to serve \"{id}\""
+            );
+            return question.answer.refuse(&Problem::new(Code::Limit, message, None));
+        }
+        let mut vehicle = Vehicle::new(self.settings.limits());
+        if let Err(problem) = vehicle::configure(&mut vehicle, &question) {
+            return question.answer.refuse(&problem);
+        }
+        let capacity = count(self.settings.outgoing_messages);
+        let (outgoing, sender) = match Outgoing::open(&self.session, &id, capacity).await {
+            Ok(opened) => opened,
+            Err(error) => {
+                tracing::error!(vehicle = %id, %error, "a vehicle could not be made");
+                return question.answer.refuse(&Problem::new(Code::Internal, error.to_string(), None));
+            }
+        };
+        let (inbox, mail) = inbox(InboxBounds {
+            messages: count(self.settings.incoming_messages),
+            bytes: count(self.settings.incoming_bytes),
+        });
+        let owner = Owner::new(id.clone(), vehicle, mail, outgoing, self.planner.clone(), &self.settings);
+        match owner.start(question.answer, sender) {
+            Ok(end) => {
+                tracing::info!(vehicle = %id, "a vehicle has come");
+                self.ends.push(end);
+                self.directory.add(id, inbox);
+            }
+            Err(error) => tracing::error!(vehicle = %id, %error, "a vehicle's thread could not be started"),
+        }
+    }
+
+    async fn reject(&mut self, vehicle: &VehicleId, problem: &Problem) {
+        if let Some(left_out) = self.log.allow(Instant::now()) {
+            let lost = self.directory.lost_knocks();
+            tracing::warn!(%vehicle, code = problem.code, message = problem.message, left_out, lost, "event refused");
+        }
+        let bytes = codec::encode(problem, Format::Json).unwrap_or_default();
+        let put =
+            self.session.put(key(vehicle, Topic::OutRejected), bytes).encoding(Encoding::APPLICATION_JSON);
+        if let Err(error) = put.await {
+            tracing::warn!(%vehicle, %error, "a refusal could not be published");
+        }
+    }
+}

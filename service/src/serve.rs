@@ -1,0 +1,99 @@
+//! The daemon from start to end: open the session, take what comes, say that it is ready; on a signal take nothing
+//! more, finish what was accepted, leave.
+
+use crate::lobby::Lobby;
+use crate::planner::Planner;
+use crate::settings::Settings;
+use pdn_transport::directory::Directory;
+use pdn_transport::intake::{Intake, declare_ready};
+use pdn_transport::session::{self, SessionError};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::oneshot;
+
+/// Configurations and events of unknown vehicles that wait.
+const LOBBY_MESSAGES: usize = 256;
+
+/// Time for leaving the network once all is finished.
+const LEAVE: Duration = Duration::from_secs(1);
+
+/// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished within `drain_ms`.
+pub async fn serve(settings: &Settings, zenoh: zenoh::Config) -> Result<bool, SessionError> {
+    let mut signals = Signals::new()?;
+    let planner = Planner::new(settings.planner_threads()).map_err(|error| internal("planner", &error))?;
+    let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
+    let (directory, knocks) = Directory::new(LOBBY_MESSAGES);
+    let directory = Arc::new(directory);
+    let intake = Intake::open(&session, directory.clone()).await?;
+    let (close_lobby, closed) = oneshot::channel();
+    let lobby = Lobby::new(session.clone(), directory.clone(), planner.clone(), settings.clone());
+    let lobby = tokio::spawn(lobby.run(knocks, closed));
+    let ready = declare_ready(&session).await?;
+    let locators: Vec<_> = session.info().locators().await.iter().map(ToString::to_string).collect();
+    tracing::info!(
+        version = env!("CARGO_PKG_VERSION"),
+        listening = locators.join(", "),
+        planner_threads = planner.jobs_at_once(),
+        durability = "memory",
+        "ready"
+    );
+
+    let cause = signals.next().await;
+    let drain = Duration::from_millis(settings.drain_ms);
+    tracing::info!(cause, drain_ms = settings.drain_ms, vehicles = directory.len(), "stopping");
+    // What is being computed gets most of the time; the rest is for telling it.
+    planner.stop_at(Instant::now() + drain * 3 / 4);
+    if let Err(error) = ready.undeclare().await {
+        tracing::warn!(%error, "the readiness token could not be taken back");
+    }
+    directory.close();
+    let _ = close_lobby.send(());
+    let finished = async {
+        if let Ok(ends) = lobby.await {
+            for end in ends {
+                // A thread that has failed has nothing more to finish.
+                let _ = end.await;
+            }
+        }
+    };
+    let drained = tokio::select! {
+        done = tokio::time::timeout(drain, finished) => done.is_ok(),
+        cause = signals.next() => {
+            tracing::warn!(cause, "stopping at once");
+            false
+        }
+    };
+    intake.close().await;
+    if !session::close(&session, LEAVE).await {
+        tracing::warn!("the session could not be closed in time");
+    }
+    tracing::info!(drained, "stopped");
+    Ok(drained)
+}
+
+struct Signals {
+    terminate: Signal,
+    interrupt: Signal,
+}
+
+impl Signals {
+    fn new() -> Result<Signals, SessionError> {
+        let listen = |kind| signal(kind).map_err(|error| internal("signals", &error));
+        Ok(Signals {
+            terminate: listen(SignalKind::terminate())?,
+            interrupt: listen(SignalKind::interrupt())?,
+        })
+    }
+
+    async fn next(&mut self) -> &'static str {
+        tokio::select! {
+            _ = self.terminate.recv() => "SIGTERM",
+            _ = self.interrupt.recv() => "SIGINT",
+        }
+    }
+}
+
+fn internal(what: &str, cause: &dyn std::error::Error) -> SessionError {
+    SessionError::Declare { key: what.to_owned(), cause: cause.to_string() }
+}

@@ -1,0 +1,69 @@
+//! Log lines: to standard error, for a person or as JSON, and sparing where others decide how many there are.
+
+use crate::settings::LogFormat;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+use tracing_subscriber::EnvFilter;
+
+/// Starts logging. A plain level is that of pdnd's own lines; Zenoh's are then told from warnings on. Faults of threads (panics) are logged as errors too.
+pub fn start(format: LogFormat, level: &str) {
+    let plain = level.chars().all(char::is_alphabetic);
+    let filter = if plain { format!("{level},zenoh=warn") } else { level.to_owned() };
+    let filter = EnvFilter::try_new(filter).unwrap_or_else(|_| EnvFilter::new("info"));
+    let lines = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    match format {
+        LogFormat::Human => {
+            lines.with_target(false).with_ansi(std::io::stderr().is_terminal()).init();
+        }
+        LogFormat::Json => lines.json().flatten_event(true).init(),
+    }
+    std::panic::set_hook(Box::new(|fault| {
+        let thread = std::thread::current();
+        tracing::error!(thread = thread.name().unwrap_or("unnamed"), %fault, "a thread has failed");
+    }));
+}
+
+/// Lets so many lines a second through and counts the others.
+#[derive(Debug)]
+pub struct Sparing {
+    began: Option<Instant>,
+    lines: u32,
+    left_out: u64,
+}
+
+const LINES_A_SECOND: u32 = 5;
+
+impl Sparing {
+    /// Lets the first line through.
+    pub const fn new() -> Sparing {
+        Sparing { began: None, lines: 0, left_out: 0 }
+    }
+
+    /// Whether a line may be written now; if so, how many were left out since the last.
+    pub fn allow(&mut self, now: Instant) -> Option<u64> {
+        if self.began.is_none_or(|began| now.duration_since(began) >= Duration::from_secs(1)) {
+            self.began = Some(now);
+            self.lines = 0;
+        }
+        if self.lines == LINES_A_SECOND {
+            self.left_out += 1;
+            return None;
+        }
+        self.lines += 1;
+        Some(std::mem::take(&mut self.left_out))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flood_is_thinned_and_counted() {
+        let start = Instant::now();
+        let mut sparing = Sparing::new();
+        let written = (0..100).filter(|_| sparing.allow(start).is_some()).count();
+        assert_eq!(written, LINES_A_SECOND as usize);
+        assert_eq!(sparing.allow(start + Duration::from_secs(1)), Some(95));
+    }
+}

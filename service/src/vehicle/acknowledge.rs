@@ -1,0 +1,82 @@
+//! When `out/ack` is due: after every 64 events, or soon after the first that no acknowledgement tells of.
+
+use pdn_schemas::limits::{ACK_EVERY_EVENTS, ACK_EVERY_MS};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Half of what the contract allows: the rest is for a thread that is busy when the time comes.
+const SOON: Duration = Duration::from_millis(ACK_EVERY_MS / 2);
+
+/// Missions with events that no acknowledgement has told of.
+#[derive(Debug, Default)]
+pub struct Acknowledgements {
+    open: BTreeMap<String, Open>,
+}
+
+#[derive(Debug)]
+struct Open {
+    events: u64,
+    due: Instant,
+}
+
+impl Acknowledgements {
+    /// Notes an event of a mission, new or repeated: a repeat means that the sender missed an acknowledgement.
+    pub fn note(&mut self, mission: &str, now: Instant) {
+        if let Some(open) = self.open.get_mut(mission) {
+            open.events += 1;
+            if open.events >= ACK_EVERY_EVENTS {
+                open.due = now;
+            }
+        } else {
+            self.open.insert(mission.to_owned(), Open { events: 1, due: now + SOON });
+        }
+    }
+
+    /// The missions whose acknowledgement is due; they are taken as told.
+    pub fn due(&mut self, now: Instant) -> Vec<String> {
+        if self.open.values().all(|open| open.due > now) {
+            return Vec::new();
+        }
+        let due: Vec<_> = self
+            .open
+            .iter()
+            .filter(|(_, open)| open.due <= now)
+            .map(|(mission, _)| mission.clone())
+            .collect();
+        self.open.retain(|_, open| open.due > now);
+        due
+    }
+
+    /// The missions with any event that no acknowledgement has told of.
+    pub fn all(&self) -> Vec<String> {
+        self.open.keys().cloned().collect()
+    }
+
+    /// When the next one is due.
+    pub fn next_due(&self) -> Option<Instant> {
+        self.open.values().map(|open| open.due).min()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_due_after_64_events_or_soon_after_the_first() {
+        let start = Instant::now();
+        let mut acknowledgements = Acknowledgements::default();
+        acknowledgements.note("a", start);
+        assert!(acknowledgements.due(start).is_empty());
+        assert_eq!(acknowledgements.next_due(), Some(start + SOON));
+        assert_eq!(acknowledgements.due(start + SOON), ["a"]);
+        assert_eq!(acknowledgements.next_due(), None);
+        for event in 1..=ACK_EVERY_EVENTS {
+            assert!(acknowledgements.due(start).is_empty(), "{event}");
+            acknowledgements.note("b", start);
+        }
+        acknowledgements.note("c", start);
+        assert_eq!(acknowledgements.due(start), ["b"]);
+        assert_eq!(acknowledgements.all(), ["c"]);
+    }
+}
