@@ -14,8 +14,10 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-WINDOW = 512
-"""Events that may wait for confirmation at most (wire.md, section 2)."""
+from pdn.wire import limits
+
+WINDOW = limits.EVENT_WINDOW
+"""Events that may wait for confirmation at most."""
 
 
 @dataclass(frozen=True, slots=True)

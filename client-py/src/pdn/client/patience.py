@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-STALL_S = 0.75
-"""Time without progress after which events are sent again, s (wire.md, section 2)."""
+from pdn.wire import limits
+
+STALL_S = limits.RESEND_AFTER_MS / 1000.0
+"""Time without progress after which the planner is asked and events are sent again, s."""
 
 STALL_LAST_S = 6.0
 """The same after several vain attempts, s; it doubles from one to the other."""

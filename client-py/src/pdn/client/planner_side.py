@@ -1,4 +1,4 @@
-"""What the sender needs of the planner: a way to send, and one question. Tests put a planner of their own here."""
+"""What the sender needs of the planner: a way to send, and one question; tests bring their own."""
 
 from __future__ import annotations
 
