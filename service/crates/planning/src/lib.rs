@@ -3,7 +3,7 @@
 //! Reading order. What goes in: [`settings`], [`snapshot`]. The steps of the paper: [`saliency`] (III.A),
 //! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`registration`] (eq. 2),
 //! [`belief`] (eqs. 1, 3, 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
-//! [`decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
+//! [`mod@decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
 //!
 //! Everything is a pure function of the snapshot: no clock, no randomness, no hash order. Threads appear only
 //! where candidates are spread over a pool ([`belief::expect_all`]), and the result does not depend on their
