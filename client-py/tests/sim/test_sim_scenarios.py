@@ -42,8 +42,8 @@ def test_hull40_is_the_paper_s() -> None:
     places = np.array([point.aim.position for point in survey.points])
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     # 25 lines of 40 m, 23 turns of 1.2 m on a plane, one round the bilge: 1.0 m down, a quarter circle of
-    # 1.5 m as two chords, 0.2 m on.
-    chords = 2 * 2 * 1.5 * math.sin(math.pi / 8)
+    # 1.5 m as three chords, 0.2 m on.
+    chords = 3 * 2 * 1.5 * math.sin(math.pi / 12)
     assert math.isclose(steps.sum(), 25 * 40 + 23 * 1.2 + 1.0 + chords + 0.2, abs_tol=1e-9)
     assert np.count_nonzero(np.isclose(steps, 0.5)) == 25 * 80
     np.testing.assert_allclose(scenario.surface.nearest(places).distance_m, 1.5, atol=1e-12)

@@ -47,6 +47,7 @@ class Survey:
 
     def __init__(self, scenario: Scenario) -> None:
         self._plan = scenario.survey
+        self._max_view_angle_rad = scenario.links.max_view_angle_rad
         self._facets = scenario.surface.facets
         plan = scenario.survey
         self.lines_v_m = [plan.first_line_m + plan.line_spacing_m * i for i in range(plan.lines)]
@@ -136,11 +137,18 @@ class Survey:
         return vertices
 
     def _round(self, above: Facet, below: Facet, stride: float, far_end: bool) -> list[_Vertex]:
-        """An arc about the edge that two facets share, its vertices about a stride apart."""
+        """An arc about the edge that two facets share.
+
+        Its vertices are at most a stride apart, and near enough in angle for successive images to register.
+        """
         start = above.point(_end_u(above, far_end), above.length_v_m)
         end = below.point(_end_u(below, far_end), 0.0)
         angle = math.acos(max(-1.0, min(1.0, float(above.normal @ below.normal))))
-        steps = max(1, math.ceil(angle * self._plan.standoff_m / stride))
+        steps = max(
+            1,
+            math.ceil(angle * self._plan.standoff_m / stride),
+            math.ceil(angle / self._max_view_angle_rad - 1e-9),
+        )
         turn = wrap_rad(_heading(below) - _heading(above))
         arc = []
         for k in range(steps + 1):
