@@ -79,6 +79,11 @@ impl DecisionJob {
 }
 
 impl DecisionOutcome {
+    /// The decision, still without a number.
+    pub fn decision(&self) -> &Decision {
+        &self.decision
+    }
+
     /// Whether the choice is a revisit.
     pub fn is_revisit(&self) -> bool {
         matches!(self.decision.action, Action::Revisit { .. })

@@ -1,5 +1,6 @@
 //! Why an event, a command or a question is refused: what is wrong, where, and what to do.
 
+use crate::lifecycle::{how_to_run, name};
 use pdn_schemas::problem::Code;
 use pdn_schemas::reply::{Phase, Problem};
 
@@ -19,7 +20,7 @@ pub enum StateError {
         kept: Vec<String>,
     },
     /// Another mission is under way.
-    #[error("mission \"{mission}\" is {}; complete or abort it before configuring another", phase_name(.phase))]
+    #[error("mission \"{mission}\" is {}; complete or abort it before configuring another", name(*.phase))]
     MissionActive {
         /// The mission under way.
         mission: String,
@@ -33,7 +34,7 @@ pub enum StateError {
         mission: String,
     },
     /// The mission has ended and takes no more events.
-    #[error("mission \"{mission}\" is {}; configure a new mission to send more events", phase_name(.phase))]
+    #[error("mission \"{mission}\" is {}; configure a new mission to send more events", name(*.phase))]
     MissionEnded {
         /// The mission.
         mission: String,
@@ -41,7 +42,7 @@ pub enum StateError {
         phase: Phase,
     },
     /// An operation that the phase does not allow.
-    #[error("\"{operation}\" is not possible while the mission is {}; possible now: {}", phase_name(.phase), listed(.legal))]
+    #[error("\"{operation}\" is not possible while the mission is {}; possible now: {}", name(*.phase), listed(.legal))]
     IllegalTransition {
         /// What was asked.
         operation: &'static str,
@@ -51,7 +52,7 @@ pub enum StateError {
         legal: Vec<&'static str>,
     },
     /// A decision needs a running mission.
-    #[error("decisions are given while the mission is running, and it is {}; {}", phase_name(.phase), to_run(.phase))]
+    #[error("decisions are given while the mission is running, and it is {}; {}", name(*.phase), how_to_run(*.phase))]
     NotRunning {
         /// The phase.
         phase: Phase,
@@ -251,29 +252,8 @@ impl StateError {
     }
 }
 
-/// The wire's word for a phase.
-pub fn phase_name(phase: &Phase) -> &'static str {
-    match phase {
-        Phase::Configured => "configured",
-        Phase::Running => "running",
-        Phase::Paused => "paused",
-        Phase::Held => "held",
-        Phase::Completed => "completed",
-        Phase::Aborted => "aborted",
-    }
-}
-
 fn listed(words: &[&'static str]) -> String {
     if words.is_empty() { "nothing, it has ended".to_string() } else { words.join(", ") }
-}
-
-fn to_run(phase: &Phase) -> &'static str {
-    match phase {
-        Phase::Configured => "start it with op/start",
-        Phase::Paused | Phase::Held => "resume it with op/resume, or ask a what-if",
-        Phase::Running => "ask again",
-        Phase::Completed | Phase::Aborted => "ask a what-if, or configure a new mission",
-    }
 }
 
 fn keyframe_name(keyframe: &Option<u64>) -> String {

@@ -13,7 +13,7 @@ use crate::change::Change;
 use crate::convert;
 use crate::error::StateError;
 use crate::limits::Limits;
-use crate::mission::Refusal;
+use crate::offered::Refusal;
 use crate::settings::Settings;
 use crate::survey::Progress;
 use crate::trail::{Moved, Trail};
@@ -25,11 +25,8 @@ use pdn_planning::LinkModel;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A pose whose step exceeds this (m or rad) is linearised anew; estimates and linearisation points differ by no more.
-const RELINEARIZE_ABOVE: f64 = 1e-4;
-
-/// Gauss-Newton steps of one group at most; a group that needs more goes on with the next one.
-const MAX_ITERATIONS: usize = 25;
+/// Rounds of the smoother that one group gets at most; one that needs more goes on with the next group.
+const MAX_ADVANCES: usize = 5;
 
 /// The state of a mission as far as it follows from events.
 #[derive(Clone, Debug)]
@@ -71,13 +68,11 @@ struct WayBack {
 impl Fold {
     /// The state before the first event.
     pub fn new(settings: Settings, limits: Limits) -> Fold {
-        let smoother =
-            SmootherSettings { relinearize_above: RELINEARIZE_ABOVE, max_iterations: MAX_ITERATIONS };
         Fold {
             limits,
             book: Book::default(),
             link_model: settings.link_model.clone(),
-            smoother: Smoother::new(smoother),
+            smoother: Smoother::new(SmootherSettings::default()),
             converged: true,
             trail: Trail::new(settings.coverage.clone()),
             progress: Progress::default(),
@@ -98,10 +93,13 @@ impl Fold {
         let mut refused = Vec::new();
         let result = match change {
             Change::Link { from, to, registered } => self.learn(from, to, registered),
-            Change::Keyframe(_) => {
-                refused = self.close();
-                self.note(seq, change).map(|late| refused.extend(late))
-            }
+            Change::Keyframe(ref keyframe) => match self.book.check_new(keyframe.id, &self.limits) {
+                Ok(()) => {
+                    refused = self.close();
+                    self.note(seq, change).map(|late| refused.extend(late))
+                }
+                refusal => refusal, // what is refused ends no group
+            },
             Change::Measurement(_) => self.note(seq, change).map(|late| refused.extend(late)),
         };
         refused.extend(result.err().map(|error| Refusal { seq, error }));
@@ -210,8 +208,9 @@ impl Fold {
                 Addition::Factor(factor) => ahead.add_factor((**factor).clone())?,
             }
         }
-        if !self.group.additions.is_empty() || !converged {
-            converged = ahead.advance()?.converged;
+        converged &= self.group.additions.is_empty();
+        for _ in 0..MAX_ADVANCES {
+            converged = converged || ahead.advance()?.converged;
         }
         let mut back = WayBack {
             smoother: std::mem::replace(&mut self.smoother, ahead),

@@ -19,6 +19,7 @@ pub mod lifecycle;
 
 pub mod event;
 mod ingest;
+pub mod offered;
 
 mod book;
 mod change;
@@ -43,5 +44,6 @@ pub use error::StateError;
 pub use event::{Event, Undecodable};
 pub use lifecycle::Operation;
 pub use limits::Limits;
-pub use mission::{Mission, Offered, Refusal};
+pub use mission::Mission;
+pub use offered::{Offered, Refusal};
 pub use vehicle::Vehicle;

@@ -85,6 +85,28 @@ pub fn has_ended(phase: Phase) -> bool {
     matches!(phase, Phase::Completed | Phase::Aborted)
 }
 
+/// The wire's word for a phase.
+pub fn name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Configured => "configured",
+        Phase::Running => "running",
+        Phase::Paused => "paused",
+        Phase::Held => "held",
+        Phase::Completed => "completed",
+        Phase::Aborted => "aborted",
+    }
+}
+
+/// What a person does to get decisions in a phase.
+pub(crate) fn how_to_run(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Configured => "start it with op/start",
+        Phase::Paused | Phase::Held => "resume it with op/resume, or ask a what-if",
+        Phase::Running => "ask again",
+        Phase::Completed | Phase::Aborted => "ask a what-if, or configure a new mission",
+    }
+}
+
 fn next(phase: Phase, operation: Operation) -> Option<Phase> {
     match (phase, operation) {
         (Phase::Configured, Operation::Start) => Some(Phase::Running),
@@ -116,7 +138,7 @@ mod tests {
             .take(7)
             .map(|line| line.trim_start_matches("//!").split_whitespace().collect())
             .collect();
-        let phase_of = |name: &str| PHASES.into_iter().find(|phase| crate::error::phase_name(phase) == name);
+        let phase_of = |name: &str| PHASES.into_iter().find(|phase| super::name(*phase) == name);
         for (row, phase) in table[1..].iter().zip(PHASES) {
             assert_eq!(phase_of(row[0]), Some(phase));
             for (name, cell) in table[0].iter().zip(&row[1..]) {

@@ -2,17 +2,18 @@
 
 use crate::answer::{DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
 use crate::convert::{self, reply::Source};
-use crate::error::{StateError, phase_name};
+use crate::error::StateError;
 use crate::event::Event;
 use crate::fold::Fold;
 use crate::ingest::{Arrival, Ingest};
 use crate::lifecycle::{self, Operation};
 use crate::limits::Limits;
+use crate::offered::{Offered, Refusal};
 use crate::settings::Settings;
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::limits::MAX_MISSING_RANGES;
 use pdn_schemas::reply::{
-    Ack, CoverageReply, Decision, Health, IngestStatus, LinkModelReply, MissionState, Phase, Problem,
+    Ack, CoverageReply, Decision, Health, IngestStatus, LinkModelReply, MissionState, Phase,
 };
 
 /// One mission of a vehicle.
@@ -28,44 +29,6 @@ pub struct Mission {
     rejected: u64,
     decisions: u64,
     revisits: u64,
-}
-
-/// What became of an event that was offered.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Offered {
-    /// Id of the mission.
-    pub mission: String,
-    /// Events that were applied now: this one and those that waited for it.
-    pub applied: u64,
-    /// Whether it has been here before with the same content, and is ignored.
-    pub repeat: bool,
-    /// What was refused now, this event or an earlier one, for `out/rejected`.
-    pub refused: Vec<Refusal>,
-    /// All events below are consumed.
-    pub next_seq: u64,
-}
-
-/// An event that was refused.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Refusal {
-    /// Number of the event.
-    pub seq: u64,
-    /// Why.
-    pub error: StateError,
-}
-
-impl Refusal {
-    /// What goes on the wire.
-    pub fn problem(&self) -> Problem {
-        self.error.problem(Some(self.seq))
-    }
-}
-
-impl Offered {
-    pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> Offered {
-        let refused = vec![Refusal { seq, error }];
-        Offered { mission: mission.to_string(), applied: 0, repeat: false, refused, next_seq }
-    }
 }
 
 impl Mission {
@@ -155,7 +118,7 @@ impl Mission {
             });
         }
         self.phase = lifecycle::transition(self.phase, operation)?;
-        let by_itself = || format!("{} by \"{}\"", phase_name(&self.phase), operation.name());
+        let by_itself = || format!("{} by \"{}\"", lifecycle::name(self.phase), operation.name());
         self.reason = if reason.is_empty() { by_itself() } else { reason.to_string() };
         self.since_ns = now_ns;
         Ok(())
@@ -170,7 +133,7 @@ impl Mission {
         if !request.what_if.is_any() && self.phase != Phase::Running {
             return Err(StateError::NotRunning { phase: self.phase });
         }
-        convert::config::check_what_if(&request.what_if)?;
+        convert::question::check_what_if(&request.what_if)?;
         Ok(DecisionJob { source: self.source()?, request })
     }
 
@@ -195,8 +158,8 @@ impl Mission {
         paths: Vec<Vec<[f64; 3]>>,
         request: DecisionRequest,
     ) -> Result<EvaluateJob, StateError> {
-        convert::config::check_what_if(&request.what_if)?;
-        convert::config::check_paths(&paths, &self.limits)?;
+        convert::question::check_what_if(&request.what_if)?;
+        convert::question::check_paths(&paths, &self.limits)?;
         Ok(EvaluateJob { source: self.source()?, request, paths })
     }
 

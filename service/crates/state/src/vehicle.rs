@@ -5,7 +5,8 @@ use crate::error::StateError;
 use crate::event::{Event, Undecodable};
 use crate::lifecycle::{self, Operation};
 use crate::limits::Limits;
-use crate::mission::{Mission, Offered};
+use crate::mission::Mission;
+use crate::offered::Offered;
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::problem::Code;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,7 +52,7 @@ impl Vehicle {
         if self.used_ids.contains(&mission) && !replaces {
             return Err(StateError::MissionUsed { mission });
         }
-        if self.used_ids.len() >= self.limits.max_mission_ids {
+        if !replaces && self.used_ids.len() >= self.limits.max_mission_ids {
             return Err(StateError::Limit {
                 what: "mission ids of the vehicle",
                 bound: "max_mission_ids",

@@ -5,6 +5,8 @@ pub mod shapes;
 
 pub mod config;
 pub mod event;
+pub mod planner;
+pub mod question;
 
 pub mod reply;
 

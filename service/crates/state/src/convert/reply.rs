@@ -1,6 +1,6 @@
 //! Answers on their way out.
 
-use super::config::question;
+use super::question::question;
 use super::shapes::{wire_covariance, wire_pose};
 use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;

@@ -39,6 +39,19 @@ pub fn share(field: &str, value: f64) -> Result<f64, StateError> {
     within(field, value, "[0, 1]", (0.0..=1.0).contains(&value))
 }
 
+/// Refuses a list that is longer than its bound.
+pub fn bounded(field: &str, count: usize, bound: &'static str, limit: usize) -> Result<(), StateError> {
+    if count <= limit {
+        return Ok(());
+    }
+    Err(StateError::TooLong { field: field.to_string(), count: count as u64, bound, limit: limit as u64 })
+}
+
+/// A refusal that no other kind describes.
+pub fn invalid(field: &str, problem: String) -> StateError {
+    StateError::Invalid { field: field.to_string(), problem }
+}
+
 /// A place or displacement, m.
 pub fn point(field: &str, values: &[f64; 3]) -> Result<Vector3<f64>, StateError> {
     for (index, value) in values.iter().enumerate() {
