@@ -88,6 +88,14 @@ def test_a_planner_that_starts_later_is_waited_for(endpoint: str) -> None:
         fake.stop()
 
 
+def test_a_planner_that_is_busy_is_there(planner: FakePlanner) -> None:
+    planner.frozen.set()
+    with connect("auv", planner.endpoint, connect_timeout_s=0.3) as client:
+        planner.frozen.clear()
+        with pytest.raises(MissionUnknown):
+            client.mission()
+
+
 @pytest.mark.parametrize("vehicle", ["", "AUV", "a/b", "*", "x" * 65])
 def test_an_id_that_would_be_no_key_is_refused(vehicle: str) -> None:
     with pytest.raises(wire.WireError):

@@ -104,11 +104,17 @@ class Client(Commands, Questions):
         return Watch(self._link)
 
     def wait_for_planner(self, timeout_s: float) -> None:
-        """Returns once the planner answers for this vehicle; raises `PlannerAbsent` or `Timeout`."""
+        """Returns once the planner answers for this vehicle, or is announced and only busy.
+
+        Raises `PlannerAbsent`, or `Timeout` if something there hears questions but no planner is announced.
+        """
         try:
             self.mission(timeout_s=timeout_s)
-        except (PlannerAbsent, Timeout):
+        except PlannerAbsent:
             raise
+        except Timeout:
+            if not self._link.planner_is_announced():
+                raise
         except Refused as refusal:
             if refusal.code == wire.Code.NOT_READY:
                 raise PlannerAbsent(f"The planner is not ready: {refusal.message}") from refusal

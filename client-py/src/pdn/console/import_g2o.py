@@ -20,7 +20,7 @@ from rich.progress import (
 )
 
 from pdn import wire
-from pdn.client import DEFAULT_ENDPOINT, Client, MissionStream
+from pdn.client import DEFAULT_ENDPOINT, Client, MissionStream, Timeout
 
 from . import options, words
 from .connection import connected
@@ -87,9 +87,9 @@ def import_g2o(
         with client.mission_stream(name, timeout_s=timeout) as events:
             stream_graph(graph, events, anchor_sigma, show_progress=not quiet and not as_json)
             last_seq = events.next_seq - 1
-            events.flush(_patience_s(timeout, graph))
+            _settle(events, timeout)
         streamed_s = time.monotonic() - began_s
-        report = _report(client, graph, name, last_seq, _patience_s(timeout, graph))
+        report = _report(client, graph, name, last_seq, timeout)
         client.complete("imported", mission=name)
     report |= {"file": str(file), "stream_s": streamed_s, "total_s": time.monotonic() - began_s}
     print(json.dumps(report) if as_json else _sentences(report))
@@ -163,9 +163,16 @@ def _mission_id(file: Path) -> str:
     return f"{stem[:40]}-{time.time_ns() // 1_000_000}"
 
 
-def _patience_s(timeout_s: float, graph: PoseGraph) -> float:
-    """For waits on everything that was sent: the planner may take 20 ms an edge."""
-    return timeout_s + 0.02 * len(graph.edges)
+def _settle(events: MissionStream, timeout_s: float) -> None:
+    """Waits until everything is confirmed, as long as something is confirmed within each `timeout_s`."""
+    while True:
+        confirmed = events.durable_seq
+        try:
+            events.flush(timeout_s)
+            return
+        except Timeout:
+            if events.durable_seq == confirmed:
+                raise
 
 
 def _pose(transform: Transform) -> wire.Pose:

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.live import Live
 
 from pdn import wire
-from pdn.client import DEFAULT_ENDPOINT, MissionUnknown, PlannerPresence, Watch, Watched
+from pdn.client import DEFAULT_ENDPOINT, MissionUnknown, PlannerPresence, Timeout, Watch, Watched
 
 from . import options, words
 from .connection import connected
@@ -58,7 +58,7 @@ def watch(
         connected(endpoint, vehicle, timeout, zenoh_config, console=name) as client,
         client.watch() as watched,
     ):
-        with contextlib.suppress(MissionUnknown):
+        with contextlib.suppress(MissionUnknown, Timeout):
             screen.take_in(client.mission())
         if sys.stdout.isatty() and not as_json:
             _show_screen(screen, watched, until_s, until_ended)
