@@ -98,11 +98,12 @@ impl Lobby {
             bytes: count(self.settings.incoming_bytes),
         });
         let owner = Owner::new(id.clone(), vehicle, mail, outgoing, self.planner.clone(), &self.settings);
+        // Before the configuration is answered: the next command may follow the answer at once.
+        self.directory.add(id.clone(), inbox);
         match owner.start(question.answer, sender) {
             Ok(end) => {
                 tracing::info!(vehicle = %id, "a vehicle has come");
                 self.ends.push(end);
-                self.directory.add(id, inbox);
             }
             Err(error) => tracing::error!(vehicle = %id, %error, "a vehicle's thread could not be started"),
         }

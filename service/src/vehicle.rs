@@ -165,7 +165,8 @@ impl Owner {
         self.publish_acknowledgements(due);
         if self.state_changed || now >= self.state_due {
             self.publish_state();
-            self.state_due = now + Duration::from_millis(STATE_EVERY_MS);
+            // Counted from its end, so that a state that takes long to compute leaves time for events.
+            self.state_due = Instant::now() + Duration::from_millis(STATE_EVERY_MS);
         }
     }
 
