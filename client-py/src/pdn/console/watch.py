@@ -20,6 +20,9 @@ from .connection import connected
 from .failures import CommandFailed
 from .screen import Screen
 
+FIRST_LOOK_S = 1.0
+"""How long the state is waited for that the view begins with; a busy planner publishes the next one by itself."""
+
 REFRESH_S = 0.5
 """The screen is drawn again at least so often."""
 
@@ -52,14 +55,14 @@ def watch(
     {"state"|"decision"|"rejected"|"planner": ...}. Ctrl-C ends the view, not the mission.
     """
     screen = Screen(vehicle, endpoint)
-    until_s = float("inf") if seconds is None else time.monotonic() + seconds
     with (
         contextlib.suppress(KeyboardInterrupt),
         connected(endpoint, vehicle, timeout, zenoh_config, console=name) as client,
         client.watch() as watched,
     ):
         with contextlib.suppress(MissionUnknown, Timeout):
-            screen.take_in(client.mission())
+            screen.take_in(client.mission(timeout_s=min(timeout, FIRST_LOOK_S)))
+        until_s = float("inf") if seconds is None else time.monotonic() + seconds
         if sys.stdout.isatty() and not as_json:
             _show_screen(screen, watched, until_s, until_ended)
         else:
