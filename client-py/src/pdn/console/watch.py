@@ -21,7 +21,7 @@ from .failures import CommandFailed
 from .screen import Screen
 
 FIRST_LOOK_S = 1.0
-"""How long the state is waited for that the view begins with; a busy planner publishes the next one by itself."""
+"""How long the view waits for the state to begin with; a busy planner publishes the next by itself."""
 
 REFRESH_S = 0.5
 """The screen is drawn again at least so often."""
