@@ -33,7 +33,7 @@ def config(mission: str, **changes: Any) -> Json:
         "heading_deg": 0.1,
     }
     camera = {"body_from_camera": BODY_FROM_CAMERA}
-    planner = {"min_revisit_m": 2.0}
+    planner = {"min_revisit_m": 1.5}
     return {"mission": mission, "target": {"facets": [floor], "area_m2": None}, "allowable": small, "alpha": 0.9,
             "camera": camera, "planner": planner, **changes}  # fmt: skip
 
@@ -54,7 +54,7 @@ def true_poses(lanes: int, per_lane: int) -> list[np.ndarray]:
 def is_salient(pose: np.ndarray) -> bool:
     """Two patches have texture."""
     x, y = pose[0, 3], pose[1, 3]
-    return (x - 2.0) ** 2 + (y - 1.3) ** 2 < 1.1**2 or (x - 6.5) ** 2 + (y - 2.0) ** 2 < 1.0
+    return (x - 3.0) ** 2 + (y - 1.3) ** 2 < 1.1**2 or (x - 6.5) ** 2 + (y - 2.0) ** 2 < 1.0
 
 
 def fly(vehicle: Any, lanes: int = 4, per_lane: int = 16, seed: int = 7) -> None:

@@ -27,7 +27,7 @@ class Curious(JsonVehicle):
 
 def decisions(folder: Path, threads: int, kind: type[JsonVehicle]) -> list[str]:
     """Decisions during and after a survey, without their timing, as text: equal text is equal bits."""
-    running = start_daemon(folder, "--planner-threads", str(threads))
+    running = start_daemon(folder, "--set", f"planner_threads={threads}")
     found: list[Json] = []
     try:
         with open_session(running.endpoint) as session:
