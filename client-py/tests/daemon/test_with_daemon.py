@@ -146,8 +146,8 @@ def test_a_pose_graph_is_imported(daemon: Daemon, tmp_path: Path) -> None:
     # The square closes but for the rounding of its quaternions to 7 digits.
     assert report["chi2"] < 1e-9
     assert report["last_pose"]["translation"] == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
-    # Keyframe 3 hangs on the anchor by one edge (0.01 m2, and 0.0025 rad2 on an arm of 1 m) and by three others
-    # in parallel, which at best halve that.
+    # Keyframe 3 hangs on the anchor by one edge (0.01 m2, and 0.0025 rad2 on an arm of 1 m) and by three
+    # others in parallel, which at best halve that.
     assert 0.5e-2 < report["last_covariance"][0] < 1.25e-2 + 1e-5
 
 
