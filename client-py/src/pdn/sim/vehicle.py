@@ -21,8 +21,8 @@ from pdn.sim.survey import Aim
 
 _REFRESH_EVERY = 50
 _REFRESH_JUMP_M = 0.03
-"""A fix that differs this much from dead reckoning has moved earlier keyframes too; what the vehicle remembers of
-them is as good as this."""
+"""A fix that differs this much from dead reckoning has moved earlier keyframes too; what the vehicle
+remembers of them is as good as this."""
 
 
 class Vehicle:
@@ -157,10 +157,10 @@ class _Memory:
         self._axes[:n] = np.einsum("nij,nj->ni", rotations, self._sights[:n])
 
     def proposals(self, links: Links, table: Array) -> list[int]:
-        """Earlier keyframes to register the newest with: by greatest P_L, then least distance, then lowest number.
+        """Earlier keyframes to register the newest with: greatest P_L first, then nearest, then lowest id.
 
-        The planner refuses a baseline that its own estimate makes too short, so a pair must keep clear of that
-        by as much as memory may be wrong.
+        The planner refuses a baseline that its own estimate makes too short, so a pair must keep clear of
+        that by as much as memory may be wrong.
         """
         newest = self.count - 1
         baseline = np.linalg.norm(self._eyes[:newest] - self._eyes[newest], axis=1)
