@@ -95,7 +95,8 @@ fn stream(edges: &[Edge]) -> Smoother {
         }
         smoother.advance().expect("the graph is anchored");
     }
-    while !smoother.advance().expect("the graph is anchored").converged {}
+    // The published covariances are those at the optimum itself.
+    while !smoother.settle(1e-8).expect("the graph is anchored").converged {}
     smoother
 }
 
