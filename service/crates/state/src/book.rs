@@ -58,7 +58,7 @@ enum Undo {
     Resumed(u64, Box<Measurement>),
     Counted(FactorKind),
     Went,
-    Odometry(Option<(Node, OdometryStep)>),
+    Odometry(Box<Option<(Node, OdometryStep)>>),
 }
 
 /// Pose of a node as it is estimated now.
@@ -126,7 +126,7 @@ impl Book {
                 Undo::Went => {
                     self.went.pop();
                 }
-                Undo::Odometry(before) => self.last_odometry = before,
+                Undo::Odometry(before) => self.last_odometry = *before,
             }
         }
     }

@@ -12,7 +12,7 @@ pub enum Change {
     /// A place where the vehicle took an image.
     Keyframe(NewKeyframe),
     /// A measurement of one or two keyframes.
-    Measurement(Measurement),
+    Measurement(Box<Measurement>),
     /// The outcome of a registration that was tried.
     Link {
         /// One keyframe of the pair.

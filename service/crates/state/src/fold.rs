@@ -25,8 +25,22 @@ use pdn_planning::LinkModel;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Rounds of the smoother that one group gets at most; one that needs more goes on with the next group.
-const MAX_ADVANCES: usize = 5;
+/// Between settlings a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
+/// the whole graph by less costs one way to the root.
+const STREAM_TOLERANCE: f64 = 1e-3;
+
+/// Gauss-Newton steps that one group gets at most between settlings; what is left goes on with the next group.
+const STREAM_ITERATIONS: usize = 3;
+
+/// The smoother settles with each keyframe of the graph whose number is a multiple of this, so that a question
+/// never has far to go.
+const SETTLE_EVERY: usize = 16;
+
+/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks.
+const SETTLED_TOLERANCE: f64 = 1e-7;
+
+/// Rounds of settling at most. A graph that needs more is reported as not converged.
+const SETTLE_ROUNDS: usize = 20;
 
 /// The state of a mission as far as it follows from events.
 #[derive(Clone, Debug)]
@@ -72,7 +86,10 @@ impl Fold {
             limits,
             book: Book::default(),
             link_model: settings.link_model.clone(),
-            smoother: Smoother::new(SmootherSettings::default()),
+            smoother: Smoother::new(SmootherSettings {
+                relinearize_above: STREAM_TOLERANCE,
+                max_iterations: STREAM_ITERATIONS,
+            }),
             converged: true,
             trail: Trail::new(settings.coverage.clone()),
             progress: Progress::default(),
@@ -208,9 +225,12 @@ impl Fold {
                 Addition::Factor(factor) => ahead.add_factor((**factor).clone())?,
             }
         }
-        converged &= self.group.additions.is_empty();
-        for _ in 0..MAX_ADVANCES {
-            converged = converged || ahead.advance()?.converged;
+        if !self.group.additions.is_empty() {
+            ahead.advance()?;
+            converged = true;
+            if ahead.len().is_multiple_of(SETTLE_EVERY) && ahead.len() > self.smoother.len() {
+                converged = settle(&mut ahead)?;
+            }
         }
         let mut back = WayBack {
             smoother: std::mem::replace(&mut self.smoother, ahead),
@@ -228,6 +248,13 @@ impl Fold {
         }
         self.solved = Some(back);
         Ok(())
+    }
+
+    /// The smoother where a question looks: a copy that has settled. Cost: what has moved since the last settling.
+    pub(crate) fn settled_smoother(&self) -> Result<(Smoother, bool), KernelError> {
+        let mut settled = self.smoother.clone();
+        let converged = settle(&mut settled)?;
+        Ok((settled, converged))
     }
 
     /// The newest keyframe of the graph.
@@ -248,4 +275,14 @@ impl Fold {
         self.trail.step_back(back.moved);
         (self.smoother, self.converged, self.progress) = (back.smoother, back.converged, back.progress);
     }
+}
+
+/// Steps until every linearisation point is at the estimate; false if that takes too long.
+fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
+    for _ in 0..SETTLE_ROUNDS {
+        if smoother.settle(SETTLED_TOLERANCE)?.converged {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

@@ -44,7 +44,9 @@ impl std::fmt::Debug for View {
 }
 
 impl View {
-    fn of(fold: &Fold) -> View {
+    fn of(fold: &Fold) -> Result<View, StateError> {
+        let (smoother, _) =
+            fold.settled_smoother().map_err(|error| convert::error::unsolvable(&fold.book.nodes, error))?;
         let keyframe = |(id, world_from_body): (&u64, &Pose)| {
             let record = &fold.book.keyframes[id];
             SnapshotKeyframe {
@@ -55,11 +57,11 @@ impl View {
             }
         };
         let factors = fold.book.factors.iter().map(|(kind, count)| (kind.name(), *count));
-        View {
+        Ok(View {
             snapshot: Snapshot {
-                keyframes: fold.book.nodes.iter().zip(fold.smoother.linearizations()).map(keyframe).collect(),
+                keyframes: fold.book.nodes.iter().zip(smoother.linearizations()).map(keyframe).collect(),
                 went: fold.book.went.clone(),
-                elimination: fold.smoother.elimination().clone(),
+                elimination: smoother.elimination().clone(),
                 last_odometry: fold.book.last_odometry.map(|(_, step)| step),
                 covered_m2: fold.trail.coverage().covered_m2(),
                 target_m2: fold.settings.target_m2,
@@ -67,9 +69,9 @@ impl View {
                 settings: fold.settings.planning.clone(),
                 derived: Derived::default(),
             },
-            smoother: fold.smoother.clone(),
+            smoother,
             factors: factors.collect(),
-        }
+        })
     }
 
     /// Explore or revisit.
@@ -133,15 +135,18 @@ impl View {
 
 impl Fold {
     /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for what has not
-    /// been solved for, and once a change a copy of what is told of each keyframe.
-    pub fn view(&mut self) -> Arc<View> {
+    /// been solved for, and once a change settling a copy, and a copy of what is told of each keyframe.
+    ///
+    /// # Errors
+    /// [`StateError::Singular`] if the settled graph cannot be solved.
+    pub fn view(&mut self) -> Result<Arc<View>, StateError> {
         self.look_ahead();
         if let Some(view) = &self.view {
-            return Arc::clone(view);
+            return Ok(Arc::clone(view));
         }
-        let view = Arc::new(View::of(self.settled()));
+        let view = Arc::new(View::of(self.settled())?);
         self.view = Some(Arc::clone(&view));
-        view
+        Ok(view)
     }
 
     /// The newest keyframe; none before the first is in the graph. Cost beyond solving: one marginal.

@@ -114,7 +114,7 @@ impl Book {
             self.went.push((from, to));
             self.log.push(Undo::Went);
             if self.last_odometry.is_none_or(|(newest, _)| to >= newest) {
-                self.log.push(Undo::Odometry(self.last_odometry));
+                self.log.push(Undo::Odometry(Box::new(self.last_odometry)));
                 let step = OdometryStep { earlier_from_later: *relative, covariance: *covariance };
                 self.last_odometry = Some((to, step));
             }

@@ -17,7 +17,7 @@ use pdn_schemas::event::{Appearance, FactorKind, Keyframe};
 pub fn change(event: Event) -> Result<Change, StateError> {
     match event {
         Event::Keyframe(event) => Ok(Change::Keyframe(keyframe(&event)?)),
-        Event::Factor(event) => Ok(Change::Measurement(measurement(&event.factor)?)),
+        Event::Factor(event) => Ok(Change::Measurement(Box::new(measurement(&event.factor)?))),
         Event::Link(event) => {
             Ok(Change::Link { from: event.from, to: event.to, registered: event.registered })
         }
