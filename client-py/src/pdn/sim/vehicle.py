@@ -20,9 +20,13 @@ from pdn.sim.se3 import Array, Pose, level, wrap_rad
 from pdn.sim.survey import Aim
 
 _REFRESH_EVERY = 50
-_REFRESH_JUMP_M = 0.03
-"""A fix that differs this much from dead reckoning has moved earlier keyframes too; what the vehicle
-remembers of them is as good as this."""
+"""Keyframes after which the vehicle asks for all estimates again, if no loop closure made it ask before."""
+
+_RECENT = 10
+"""A registration with a keyframe farther back than this closes a loop, and moves earlier keyframes too."""
+
+_CLEARANCE_M = 0.03
+"""How wrong the vehicle's memory of earlier keyframes may be between two questions."""
 
 
 class Vehicle:
@@ -89,14 +93,16 @@ class Vehicle:
         if reading.depth is not None:
             self._planner.depth(number, reading.depth)
         self._memory.add(predicted, camera, reading.image)
+        closes_a_loop = False
         for older in self._memory.proposals(self._scenario.links, self._table):
-            self._planner.registration(older, number, self._plant.register(older, number))
+            measured = self._plant.register(older, number)
+            self._planner.registration(older, number, measured)
+            closes_a_loop |= measured is not None and number - older > _RECENT
         fix = self._planner.fix()
         self._fix = fix
         self._memory.move(number, fix.pose)
-        jump = float(np.linalg.norm(fix.pose.translation - predicted.translation))
         self._since_refresh += 1
-        if jump > _REFRESH_JUMP_M or self._since_refresh >= _REFRESH_EVERY:
+        if closes_a_loop or self._since_refresh >= _REFRESH_EVERY:
             self._memory.move_all(self._planner.estimates())
             self._since_refresh = 0
         self._taken(fix)
@@ -166,7 +172,7 @@ class _Memory:
         baseline = np.linalg.norm(self._eyes[:newest] - self._eyes[newest], axis=1)
         cosine = self._axes[:newest] @ self._axes[newest]
         near = np.flatnonzero(
-            (baseline >= links.min_baseline_m + _REFRESH_JUMP_M)
+            (baseline >= links.min_baseline_m + _CLEARANCE_M)
             & (baseline <= links.max_baseline_m)
             & (cosine >= math.cos(links.max_view_angle_rad))
         )
