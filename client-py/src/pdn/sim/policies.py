@@ -80,14 +80,19 @@ class PerceptionDriven:
     def __init__(self, scenario: Scenario, survey: Survey, planner: Planner) -> None:
         self._every = scenario.survey.decision_every
         self._spacing = scenario.survey.keyframe_spacing_m
-        self._last = len(survey.points) - 1
+        self._points = survey.points
         self._planner = planner
         self.decisions = 0
 
     def detour(self, index: int, fix: Fix) -> Detour | None:
-        """See ``Policy``. None is asked at the survey's first keyframe, nor at its last, where no choice is
-        left."""
-        if index == 0 or index == self._last or index % self._every != 0:
+        """See ``Policy``.
+
+        Keyframes count from the beginning of each trackline, so that none is asked right after a turn: the
+        step just made stands for the next one there, and a turn's is longer. Nor at the survey's last
+        keyframe, where no choice is left.
+        """
+        number = self._points[index].number_on_line
+        if not number or number % self._every != 0 or index + 1 == len(self._points):
             return None
         advice: Advice = self._planner.decide()
         self.decisions += 1

@@ -53,7 +53,7 @@ class SurveyPlan:
     turn_spacing_m: float
     """On the way from one trackline to the next."""
     decision_every: int
-    """A decision is asked at each keyframe of the survey whose number is a multiple of this."""
+    """A decision is asked at each so many keyframes of a trackline."""
     heading: Literal["across", "along"]
     """``across``: the body faces the surface and strafes along the tracklines; ``along``: it faces its
     way."""

@@ -32,6 +32,8 @@ class SurveyPoint:
     aim: Aim
     line: int
     """Trackline, from 0; on the way between two lines that of the line left."""
+    number_on_line: int | None
+    """From 0 at the beginning of the trackline; null on the way between two."""
     ends_line: bool
     """Whether this is the last point of its trackline."""
 
@@ -58,11 +60,11 @@ class Survey:
             along = self._line(v)
             if line % 2 == 1:
                 along.reverse()
-            self._extend(along, line, plan.keyframe_spacing_m, ends_line=True)
+            self._extend(along, line, plan.keyframe_spacing_m, on_line=True)
             if line + 1 < plan.lines:
                 stride = plan.turn_spacing_m
                 over = self._across(self.lines_v_m[line + 1], v, stride, far_end=line % 2 == 0)
-                self._extend(over, line, stride, ends_line=False)
+                self._extend(over, line, stride, on_line=False)
 
     def to_first_line(self, line: int) -> list[Aim]:
         """From the end of a trackline straight to the first trackline and back, a keyframe each spacing."""
@@ -71,7 +73,7 @@ class Survey:
         back = list(reversed(out))[1:]
         return list(self._sampled(out + back, stride))[1:]
 
-    def _extend(self, vertices: list[_Vertex], line: int, stride: float, *, ends_line: bool) -> None:
+    def _extend(self, vertices: list[_Vertex], line: int, stride: float, *, on_line: bool) -> None:
         if self.points:
             last = self.points[-1].aim
             vertices = [_Vertex(last.position, last.heading_rad), *vertices]
@@ -79,9 +81,11 @@ class Survey:
             if not self.vertices or float(np.linalg.norm(vertex.position - self.vertices[-1])) > 1e-9:
                 self.vertices.append(vertex.position)
         samples = list(self._sampled(vertices, stride))
-        fresh = samples[1:] if self.points else samples
-        for index, aim in enumerate(fresh):
-            self.points.append(SurveyPoint(aim, line, ends_line and index == len(fresh) - 1))
+        for number, aim in enumerate(samples):
+            # The beginning of a later line has been reached by the turn.
+            if number > 0 or not self.points:
+                ends = on_line and number == len(samples) - 1
+                self.points.append(SurveyPoint(aim, line, number if on_line else None, ends))
 
     def _sampled(self, vertices: list[_Vertex], stride: float) -> Iterable[Aim]:
         """Places no farther apart than the stride, each vertex among them."""
