@@ -5,6 +5,9 @@
 //!
 //! Times are CPU times of this thread where the system tells them, so that other work on the machine does not count.
 
+mod measure;
+
+use measure::{now_ms, summary};
 use nalgebra::{Matrix5, Matrix6, Translation3, UnitQuaternion, Vector3, Vector5, Vector6};
 use pdn_kernel::elimination::{Elimination, LinkWeight, VirtualLink, VirtualPath, Workspace};
 use pdn_kernel::information::{self, PairInformation};
@@ -18,9 +21,11 @@ const CANDIDATES: usize = 30;
 
 fn main() -> Result<(), KernelError> {
     let mut arguments = std::env::args().skip(1);
-    let sizes = arguments.next().and_then(|word| word.parse().ok()).map_or(vec![2_000, 10_000], |size| vec![size]);
+    let sizes =
+        arguments.next().and_then(|word| word.parse().ok()).map_or(vec![2_000, 10_000], |size| vec![size]);
     let default = SmootherSettings::default();
-    let relinearize_above = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(default.relinearize_above);
+    let relinearize_above =
+        arguments.next().and_then(|word| word.parse().ok()).unwrap_or(default.relinearize_above);
     for keyframes in sizes {
         survey(keyframes, SmootherSettings { relinearize_above, ..default })?;
     }
@@ -69,7 +74,9 @@ fn survey(keyframes: usize, settings: SmootherSettings) -> Result<(), KernelErro
         .collect::<Result<_, _>>()?;
     let mut workspace = Workspace::default();
     for (name, elimination) in [("streamed", smoother.elimination()), ("batch", &batch)] {
-        for (weight, along) in [(LinkWeight::Expected, false), (LinkWeight::Expected, true), (LinkWeight::None, false)] {
+        for (weight, along) in
+            [(LinkWeight::Expected, false), (LinkWeight::Expected, true), (LinkWeight::None, false)]
+        {
             let mut times = Vec::new();
             for path in &paths {
                 elimination.expected_covariance(path, weight, along, &mut workspace)?;
@@ -88,7 +95,7 @@ fn survey(keyframes: usize, settings: SmootherSettings) -> Result<(), KernelErro
 
 fn true_pose(index: usize) -> Pose {
     let (track, along) = (index / KEYFRAMES_PER_TRACK, index % KEYFRAMES_PER_TRACK);
-    let forward = track.is_multiple_of(2);
+    let forward = track % 2 == 0;
     let x = if forward { along } else { KEYFRAMES_PER_TRACK - 1 - along } as f64 * SPACING_M;
     let heading = if forward { 0.0 } else { std::f64::consts::PI };
     let translation = Translation3::new(x, track as f64 * TRACK_SPACING_M, 2.0);
@@ -101,11 +108,20 @@ fn is_salient(pose: &Pose) -> bool {
 }
 
 /// Adds a keyframe with its factors. True if a link goes further back than the keyframe before.
-fn add_keyframe(smoother: &mut Smoother, truth: &[Pose], index: usize, random: &mut Random) -> Result<bool, KernelError> {
+fn add_keyframe(
+    smoother: &mut Smoother,
+    truth: &[Pose],
+    index: usize,
+    random: &mut Random,
+) -> Result<bool, KernelError> {
     let true_pose = truth[index];
     let node = if index == 0 {
         let node = smoother.add_keyframe(true_pose);
-        smoother.add_factor(Factor::prior(node, true_pose, &Matrix6::from_diagonal(&Vector6::repeat(1e-6)))?)?;
+        smoother.add_factor(Factor::prior(
+            node,
+            true_pose,
+            &Matrix6::from_diagonal(&Vector6::repeat(1e-6)),
+        )?)?;
         node
     } else {
         let before = Node(index as u32 - 1);
@@ -121,7 +137,11 @@ fn add_keyframe(smoother: &mut Smoother, truth: &[Pose], index: usize, random: &
     let turn = Vector3::from_fn(|_, _| tilt * random.normal());
     let attitude = UnitQuaternion::from_scaled_axis(turn) * true_pose.rotation;
     smoother.add_factor(Factor::attitude(node, attitude, tilt * tilt, Some(tilt * tilt))?)?;
-    smoother.add_factor(Factor::depth(node, true_pose.translation.z + 0.02 * random.normal(), 0.02 * 0.02)?)?;
+    smoother.add_factor(Factor::depth(
+        node,
+        true_pose.translation.z + 0.02 * random.normal(),
+        0.02 * 0.02,
+    )?)?;
     let mut closes = false;
     if is_salient(&true_pose) {
         for other in (0..index.saturating_sub(2)).rev() {
@@ -137,7 +157,9 @@ fn add_keyframe(smoother: &mut Smoother, truth: &[Pose], index: usize, random: &
     }
     if index % 700 == 699 {
         let other = index / 3;
-        let covariance = Matrix6::from_diagonal(&Vector6::new(0.02, 0.02, 0.02, 0.01, 0.01, 0.01).map(|sigma| sigma * sigma));
+        let covariance = Matrix6::from_diagonal(
+            &Vector6::new(0.02, 0.02, 0.02, 0.01, 0.01, 0.01).map(|sigma| sigma * sigma),
+        );
         let measured = truth[other].inverse() * true_pose * se3::exp(&random.gaussian(&covariance));
         smoother.add_factor(Factor::relative(Node(other as u32), node, measured, &covariance)?)?;
         closes = true;
@@ -147,7 +169,9 @@ fn add_keyframe(smoother: &mut Smoother, truth: &[Pose], index: usize, random: &
 
 fn odometry_covariance(distance_m: f64) -> Matrix6<f64> {
     let turn = 0.05_f64.to_radians();
-    Matrix6::from_diagonal(&Vector6::new(0.012, 0.012, 0.012, turn, turn, turn).map(|sigma| sigma * sigma * distance_m.max(0.1)))
+    Matrix6::from_diagonal(
+        &Vector6::new(0.012, 0.012, 0.012, turn, turn, turn).map(|sigma| sigma * sigma * distance_m.max(0.1)),
+    )
 }
 
 fn body_from_camera() -> Pose {
@@ -166,7 +190,16 @@ fn camera(from: Node, to: Node, truth: &[Pose], random: &mut Random) -> Result<F
     let turn = Vector3::from_fn(|_, _| sigmas[2] * random.normal());
     let rotation = relative.rotation * UnitQuaternion::from_scaled_axis(turn);
     let covariance = Matrix5::from_diagonal(&sigmas.map(|sigma| sigma * sigma));
-    let factor = Factor::camera(from, to, body_from_camera(), body_from_camera(), direction, rotation, &covariance, 0.1)?;
+    let factor = Factor::camera(
+        from,
+        to,
+        body_from_camera(),
+        body_from_camera(),
+        direction,
+        rotation,
+        &covariance,
+        0.1,
+    )?;
     Ok(factor.with_loss(Loss::Cauchy(2.385)))
 }
 
@@ -221,20 +254,6 @@ fn path_to(smoother: &Smoother, goal: usize) -> Result<VirtualPath, KernelError>
     Ok(path)
 }
 
-/// CPU time of this thread, in milliseconds.
-#[cfg(unix)]
-fn now_ms() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
-}
-
-/// Time since the start, in milliseconds.
-#[cfg(not(unix))]
-fn now_ms() -> f64 {
-    static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
-    START.elapsed().as_secs_f64() * 1e3
-}
-
 fn timed<T>(times: usize, mut work: impl FnMut() -> Result<T, KernelError>) -> Result<f64, KernelError> {
     let mut best = f64::INFINITY;
     for _ in 0..times {
@@ -243,13 +262,6 @@ fn timed<T>(times: usize, mut work: impl FnMut() -> Result<T, KernelError>) -> R
         best = best.min(now_ms() - start);
     }
     Ok(best)
-}
-
-fn summary(milliseconds: &mut [f64]) -> String {
-    milliseconds.sort_by(f64::total_cmp);
-    let at = |share: f64| milliseconds.get(((milliseconds.len() as f64 * share) as usize).min(milliseconds.len().saturating_sub(1)));
-    let [median, late, greatest] = [0.5, 0.99, 1.0].map(|share| at(share).copied().unwrap_or(f64::NAN));
-    format!("{} times, median {median:.3} ms, 99 % {late:.3} ms, greatest {greatest:.3} ms", milliseconds.len())
 }
 
 /// SplitMix64: the same survey each time.

@@ -54,9 +54,12 @@ fn expected_covariances_equal_the_dense_inverse() {
             for weight in [LinkWeight::Expected, LinkWeight::All, LinkWeight::None] {
                 let what = format!("{what}, {count} virtual nodes, {links} links, {weight:?}");
                 let covariance = inverse(dense_with_path(elimination.system(), &path, weight));
-                let found = elimination.expected_covariance(&path, weight, true, &mut workspace).expect(&what);
-                let terminal =
-                    elimination.expected_covariance(&path, weight, false, &mut workspace).expect(&what).terminal;
+                let found =
+                    elimination.expected_covariance(&path, weight, true, &mut workspace).expect(&what);
+                let terminal = elimination
+                    .expected_covariance(&path, weight, false, &mut workspace)
+                    .expect(&what)
+                    .terminal;
                 assert_eq!(terminal, found.terminal, "{what}");
                 let last = elimination.len() + count - 1;
                 let difference = scaled_difference(&terminal, &block(&covariance, last, last));
@@ -138,7 +141,8 @@ fn bad_paths_are_refused() {
     let elimination = Elimination::of(random_system(0, 5, &mut random)).expect("anchored");
     let path = random_path(5, 3, 2, &mut random);
     let mut workspace = Workspace::default();
-    let mut refused = |path| elimination.expected_covariance(&path, LinkWeight::All, false, &mut workspace).is_err();
+    let mut refused =
+        |path| elimination.expected_covariance(&path, LinkWeight::All, false, &mut workspace).is_err();
     assert!(!refused(path.clone()));
     let mut short = path.clone();
     short.steps.pop();
@@ -171,5 +175,10 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
         // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves' own paths.
         assert!(elimination.statistics().height < 80, "{:?}", elimination.statistics());
     };
-    std::thread::Builder::new().stack_size(256 * 1024).spawn(run).expect("a thread starts").join().expect("no overflow");
+    std::thread::Builder::new()
+        .stack_size(256 * 1024)
+        .spawn(run)
+        .expect("a thread starts")
+        .join()
+        .expect("no overflow");
 }

@@ -49,7 +49,12 @@ impl Stream {
             factors.push(made(Factor::prior(node, pose, &Self::covariance(1e-3, 1e-3))));
         } else {
             let relative = self.truth[index - 1].inverse() * pose * self.noise(0.02, 0.01);
-            factors.push(made(Factor::odometry(Node(index as u32 - 1), node, relative, &Self::covariance(0.02, 0.01))));
+            factors.push(made(Factor::odometry(
+                Node(index as u32 - 1),
+                node,
+                relative,
+                &Self::covariance(0.02, 0.01),
+            )));
         }
         let turn = Vector3::from_fn(|_, _| 0.01 * self.random.normal());
         let attitude = UnitQuaternion::from_scaled_axis(turn) * pose.rotation;
@@ -66,11 +71,13 @@ impl Stream {
                 let noisy = relative * self.noise(0.05, 0.02);
                 factors.push(made(Factor::relative(other, node, noisy, &Self::covariance(0.05, 0.02))));
             } else {
-                let direction = (relative.translation.vector.normalize() + 0.02 * self.random.vector().xyz()).normalize();
+                let direction =
+                    (relative.translation.vector.normalize() + 0.02 * self.random.vector().xyz()).normalize();
                 let rotation = relative.rotation * self.noise(0.0, 0.01).rotation;
                 let mount = Pose::identity();
                 let covariance = Matrix5::identity() * 4e-4;
-                let camera = Factor::camera(other, node, mount, mount, direction, rotation, &covariance, 0.05);
+                let camera =
+                    Factor::camera(other, node, mount, mount, direction, rotation, &covariance, 0.05);
                 factors.push(made(camera).with_loss(Loss::Cauchy(2.385)));
             }
         }
@@ -114,7 +121,8 @@ fn dense_at<'a>(factors: impl Iterator<Item = &'a Factor>, poses: &[Pose]) -> (D
 fn each_step_of_a_stream_equals_the_batch_at_its_linearisation_points() {
     for (seed, links, tolerance) in [(1, false, 1e-3), (2, true, 1e-3), (3, true, 1e-2), (4, true, 1e-7)] {
         let mut stream = Stream::new(seed, links);
-        let mut smoother = Smoother::new(SmootherSettings { relinearize_above: tolerance, ..SmootherSettings::default() });
+        let mut smoother =
+            Smoother::new(SmootherSettings { relinearize_above: tolerance, ..SmootherSettings::default() });
         for index in 0..KEYFRAMES {
             stream.add(&mut smoother, index);
             while !smoother.advance().expect("the stream is anchored").converged {}
@@ -123,7 +131,10 @@ fn each_step_of_a_stream_equals_the_batch_at_its_linearisation_points() {
             // The same blocks: sums of the same terms, perhaps in another order.
             let (lambda, own_right) = dense(smoother.elimination().system());
             assert!((&lambda - &matrix).amax() <= 1e-12 * matrix.amax(), "seed {seed}, keyframe {index}");
-            assert!((own_right - &right).amax() <= 1e-9 * matrix.amax().sqrt(), "seed {seed}, keyframe {index}");
+            assert!(
+                (own_right - &right).amax() <= 1e-9 * matrix.amax().sqrt(),
+                "seed {seed}, keyframe {index}"
+            );
 
             let covariance = inverse(matrix);
             let marginals = smoother.elimination().marginals().expect("anchored");
@@ -137,10 +148,17 @@ fn each_step_of_a_stream_equals_the_batch_at_its_linearisation_points() {
             let steps = covariance * right;
             for node in 0..=index {
                 let step = Vector6::from_column_slice(steps.rows(6 * node, 6).into_owned().as_slice());
-                assert!(step.amax() <= 1.1 * tolerance, "seed {seed}, keyframe {index}, node {node}: {:e}", step.amax());
+                assert!(
+                    step.amax() <= 1.1 * tolerance,
+                    "seed {seed}, keyframe {index}, node {node}: {:e}",
+                    step.amax()
+                );
                 let expected = smoother.linearizations()[node] * se3::exp(&step);
                 let apart = se3::log(&(expected.inverse() * smoother.estimate(Node(node as u32)))).amax();
-                assert!(apart < 0.1 * tolerance + 1e-11, "seed {seed}, keyframe {index}, node {node}: {apart:e}");
+                assert!(
+                    apart < 0.1 * tolerance + 1e-11,
+                    "seed {seed}, keyframe {index}, node {node}: {apart:e}"
+                );
             }
         }
     }

@@ -69,10 +69,10 @@ impl Workspace {
                         second: diagonal_block(covariance, rows, second),
                     });
                 };
-                if step > 0 && let Some(before) = find(step - 1) {
+                if let Some(before) = step.checked_sub(1).and_then(find) {
                     join(before, place, step - 1);
                 }
-                if step < kept.len() && let Some(after) = find(step + 1) {
+                if let Some(after) = Some(step + 1).filter(|&next| next <= kept.len()).and_then(find) {
                     join(place, after, step);
                 }
             }
@@ -106,7 +106,8 @@ impl Workspace {
             let mut child = first_child[index];
             while child != NONE {
                 let (below, child_ids) = self.recorded(child as usize);
-                let shared: Vec<u32> = child_ids[below.frontal..].iter().map(|&id| place_of[id as usize]).collect();
+                let shared: Vec<u32> =
+                    child_ids[below.frontal..].iter().map(|&id| place_of[id as usize]).collect();
                 separators[child as usize] = gather(&covariance, rows, &shared);
                 child = sibling[child as usize];
             }

@@ -107,7 +107,8 @@ impl Assembly {
 
     /// Adds a block with the rows of one node and the columns of another.
     pub(super) fn add_cross(&mut self, of_rows: u32, of_columns: u32, block: &Matrix6<f64>) {
-        let (row_place, column_place) = (self.place[of_rows as usize] as usize, self.place[of_columns as usize] as usize);
+        let (row_place, column_place) =
+            (self.place[of_rows as usize] as usize, self.place[of_columns as usize] as usize);
         let rows = self.rows();
         for column in 0..6 {
             for row in 0..6 {
@@ -135,7 +136,8 @@ impl Assembly {
                         let from = (6 * from_column + column) * height + 6 * from_row;
                         let to = (6 * to_column + column) * rows + 6 * to_row;
                         // Above the diagonal of a diagonal block nothing is valid, nor read later.
-                        for (target, value) in self.matrix[to..to + 6].iter_mut().zip(&update[from..from + 6]) {
+                        for (target, value) in self.matrix[to..to + 6].iter_mut().zip(&update[from..from + 6])
+                        {
                             *target += value;
                         }
                     }
@@ -170,7 +172,8 @@ impl Assembly {
             self.matrix.fill(0.0);
             self.original.fill(0.0);
             again(self);
-            let BadPivot { column, pivot } = dense::bad_pivot(&mut self.matrix, rows, suspect, &self.original);
+            let BadPivot { column, pivot } =
+                dense::bad_pivot(&mut self.matrix, rows, suspect, &self.original);
             (self.ids[column / 6], pivot)
         })
     }

@@ -46,19 +46,20 @@ impl Chain {
         self.joins.clear();
         self.gaps.clear();
         let count = path.unary.len();
-        let mut join = path.steps[0].clone();
-        for index in 0..count {
+        let mut join = path.steps[0];
+        for (index, &is_linked) in is_linked.iter().enumerate() {
             let node = index as u32 + 1;
-            if is_linked[index] || index + 1 == count {
-                let next = if index + 1 < count { path.steps[index + 1].clone() } else { join.clone() };
+            if is_linked || index + 1 == count {
+                let next = if index + 1 < count { path.steps[index + 1] } else { join };
                 self.joins.push(std::mem::replace(&mut join, next));
                 self.kept.push(node);
                 continue;
             }
             let step = &path.steps[index + 1];
             let information = join.second + path.unary[index] + step.first;
-            let factor = Cholesky::new(information)
-                .ok_or_else(|| KernelError::VirtualNotPositiveDefinite { node, pivot: least_pivot(&information) })?;
+            let factor = Cholesky::new(information).ok_or_else(|| {
+                KernelError::VirtualNotPositiveDefinite { node, pivot: least_pivot(&information) }
+            })?;
             let before = factor.solve(&join.cross.transpose());
             let after = factor.solve(&step.cross);
             join = PairInformation {
@@ -90,7 +91,7 @@ fn least_pivot(information: &Matrix6<f64>) -> f64 {
     let mut left = *information;
     for column in 0..6 {
         let pivot = left[(column, column)];
-        if !(pivot > 0.0) {
+        if pivot.is_nan() || pivot <= 0.0 {
             return pivot;
         }
         for row in column + 1..6 {

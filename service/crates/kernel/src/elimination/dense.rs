@@ -1,7 +1,9 @@
 //! Partial Cholesky factorisation of one dense front.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, LltParams, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::factor::{
+    LltError, LltParams, LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
@@ -47,6 +49,11 @@ impl DenseScratch {
 /// errors of the elimination add to it is as large.
 const PIVOT_FLOOR: f64 = 16.0 * f64::EPSILON;
 
+/// A pivot that is not a number is lost too.
+fn is_lost(pivot: f64, original: f64) -> bool {
+    pivot.is_nan() || pivot <= PIVOT_FLOOR * original
+}
+
 /// Eliminates the first `frontal` of the `rows` rows of a symmetric matrix, in place.
 ///
 /// `matrix` is column-major, `rows * rows`, its lower triangle valid. Afterwards the first columns hold
@@ -72,8 +79,7 @@ pub(super) fn eliminate(
     .map_err(|LltError::NonPositivePivot { index }| index)?;
     for (column, &original) in original.iter().enumerate() {
         let root = pivot_block[(column, column)];
-        // Written so that a pivot that is not a number is refused too.
-        if !(root * root > PIVOT_FLOOR * original) {
+        if is_lost(root * root, original) {
             return Err(column);
         }
     }
@@ -99,7 +105,7 @@ pub(super) fn eliminate(
 pub(super) fn bad_pivot(matrix: &mut [f64], rows: usize, suspect: usize, original: &[f64]) -> BadPivot {
     for column in 0..=suspect {
         let pivot = matrix[column * rows + column];
-        if column == suspect || !(pivot > PIVOT_FLOOR * original[column]) {
+        if column == suspect || is_lost(pivot, original[column]) {
             return BadPivot { column, pivot };
         }
         for right in column + 1..=suspect {

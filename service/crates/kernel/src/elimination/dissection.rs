@@ -5,9 +5,9 @@ use super::separator::{BETWEEN, LEFT, RIGHT};
 use super::{bisection, minimum_degree};
 
 /// Parts of no more vertices are ordered by minimum degree.
-const LEAF: usize = 48;
+const LEAF: usize = 80;
 /// Neighbours outside a leaf that are counted in its degrees, at most.
-const HALO: usize = 144;
+const HALO: usize = 176;
 
 const OUTSIDE: u32 = u32::MAX;
 
@@ -34,7 +34,11 @@ pub(super) fn order(graph: &Graph, last: Option<u32>) -> Vec<u32> {
         }
         let division = bisection::bisect(&subgraph(graph, &part, &mut local));
         let side = |wanted: u8| -> Vec<u32> {
-            part.iter().zip(&division).filter(|&(_, &place)| place == wanted).map(|(&vertex, _)| vertex).collect()
+            part.iter()
+                .zip(&division)
+                .filter(|&(_, &place)| place == wanted)
+                .map(|(&vertex, _)| vertex)
+                .collect()
         };
         let (left, right, between) = (side(LEFT), side(RIGHT), side(BETWEEN));
         let between_start = start + left.len() + right.len();

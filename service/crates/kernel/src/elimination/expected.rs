@@ -5,13 +5,13 @@ use std::ops::Range;
 use nalgebra::{Cholesky, Matrix6};
 
 use super::along;
-use super::assembly::{Assembly, NONE};
+use super::assembly::Assembly;
 use super::chain::Chain;
 use super::homes::{self, TOP};
 use super::system::BlockSystem;
 use super::tree::Tree;
 use super::update_stack::UpdateStack;
-use super::virtual_path::{LinkWeight, VirtualLink, VirtualPath};
+use super::virtual_path::{LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
 /// Buffers that expected covariances are computed in; one a thread, reused from call to call.
@@ -19,20 +19,20 @@ use crate::{KernelError, Node};
 pub struct Workspace {
     pub(super) assembly: Assembly,
     pub(super) chain: Chain,
-    is_linked: Vec<bool>,
+    pub(super) is_linked: Vec<bool>,
     /// Place in `chain.kept` of each virtual node (by node - 1).
-    kept_place: Vec<u32>,
-    anchors: Vec<(u32, u32)>,
+    pub(super) kept_place: Vec<u32>,
+    pub(super) anchors: Vec<(u32, u32)>,
     pub(super) homes: Vec<u32>,
     /// Touched fronts, children before parents, then `TOP`.
     pub(super) touched: Vec<u32>,
     /// Place in `touched` of each of them's parent, but for `TOP`.
     pub(super) parents: Vec<u32>,
     /// Place of each front in `touched`, else `NONE`.
-    place: Vec<u32>,
+    pub(super) place: Vec<u32>,
     /// Links that count, and kept nodes, by the place of the front they belong to.
-    links: Vec<(u32, u32)>,
-    homed: Vec<(u32, u32)>,
+    pub(super) links: Vec<(u32, u32)>,
+    pub(super) homed: Vec<(u32, u32)>,
     updates: UpdateStack,
     pub(super) record: along::Record,
 }
@@ -66,86 +66,6 @@ impl Workspace {
         Ok(Cholesky::new(information).expect("a pivot that was accepted is positive definite").inverse())
     }
 
-    /// Finds what the path touches: kept nodes, their homes, the fronts in order.
-    fn attach(&mut self, ground: Ground, path: &VirtualPath, weight: LinkWeight) -> Result<(), KernelError> {
-        let count = path.unary.len();
-        self.is_linked.clear();
-        self.is_linked.resize(count, false);
-        let counts = |link: &VirtualLink| weight.of(link) > 0.0;
-        for link in path.links.iter().filter(|link| counts(link)) {
-            self.is_linked[link.node as usize - 1] = true;
-        }
-        self.chain.reduce(path, &self.is_linked)?;
-        self.kept_place.clear();
-        self.kept_place.resize(count, NONE);
-        for (place, &node) in self.chain.kept.iter().enumerate() {
-            self.kept_place[node as usize - 1] = place as u32;
-        }
-
-        let tree = ground.tree;
-        self.anchors.clear();
-        self.anchors.push((0, tree.front_of(path.robot.0)));
-        for link in path.links.iter().filter(|link| counts(link)) {
-            self.anchors.push((self.kept_place[link.node as usize - 1], tree.front_of(link.keyframe.0)));
-        }
-        homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
-        self.order_touched(tree);
-
-        let place = &self.place;
-        self.links.clear();
-        for (index, link) in path.links.iter().enumerate().filter(|(_, link)| counts(link)) {
-            self.links.push((place[tree.front_of(link.keyframe.0) as usize], index as u32));
-        }
-        self.links.sort_unstable();
-        let top = self.touched.len() as u32 - 1;
-        self.homed.clear();
-        for (kept, &home) in self.homes.iter().enumerate() {
-            let at = if home == TOP { top } else { place[home as usize] };
-            self.homed.push((at, kept as u32));
-        }
-        self.homed.sort_unstable();
-        self.parents.clear();
-        for &front in &self.touched[..top as usize] {
-            let parent = tree.parent(front);
-            self.parents.push(if parent == TOP { top } else { self.place[parent as usize] });
-        }
-        for &front in &self.touched[..top as usize] {
-            self.place[front as usize] = NONE;
-        }
-        Ok(())
-    }
-
-    /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the subtree of
-    /// each comes in one piece right before it.
-    fn order_touched(&mut self, tree: &Tree) {
-        self.place.resize(tree.id_bound().max(self.place.len()), NONE);
-        self.touched.clear();
-        let mut roots: Vec<u32> = Vec::new();
-        let mut found: Vec<u32> = Vec::new();
-        for &(_, front) in &self.anchors {
-            let mut id = front;
-            while id != TOP && self.place[id as usize] == NONE {
-                self.place[id as usize] = 0;
-                found.push(id);
-                if tree.parent(id) == TOP {
-                    roots.push(id);
-                }
-                id = tree.parent(id);
-            }
-        }
-        // Parents first, then reversed: a depth-first order without recursion.
-        let mut waiting = roots;
-        while let Some(id) = waiting.pop() {
-            self.touched.push(id);
-            waiting.extend(tree.front(id).shape.children.iter().filter(|&&child| self.place[child as usize] != NONE));
-        }
-        self.touched.reverse();
-        for (place, &id) in self.touched.iter().enumerate() {
-            self.place[id as usize] = place as u32;
-        }
-        self.touched.push(TOP);
-    }
-
     #[allow(clippy::too_many_arguments, reason = "one front's share of a path has this many parts")]
     fn eliminate(
         &mut self,
@@ -159,16 +79,19 @@ impl Workspace {
     ) -> Result<(), KernelError> {
         let base = ground.system.len() as u32;
         let shape = (front != TOP).then(|| &*ground.tree.front(front).shape);
-        let (frontal, separator, children) = shape
-            .map_or((&[][..], &[][..], &[][..]), |shape| (&shape.frontal[..], &shape.separator[..], &shape.children[..]));
+        let (frontal, separator, children) = shape.map_or((&[][..], &[][..], &[][..]), |shape| {
+            (&shape.frontal[..], &shape.separator[..], &shape.children[..])
+        });
         let below = self.updates.first_below(ground.tree, front);
         let holds_robot = frontal.contains(&path.robot.0);
 
         // Virtual nodes that pass through: joined here, eliminated further up.
         let mut passing: Vec<u32> = Vec::new();
-        passing.extend(self.links[links.clone()].iter().map(|&(_, link)| {
-            self.kept_place[path.links[link as usize].node as usize - 1]
-        }));
+        passing.extend(
+            self.links[links.clone()]
+                .iter()
+                .map(|&(_, link)| self.kept_place[path.links[link as usize].node as usize - 1]),
+        );
         if holds_robot {
             passing.push(0);
         }

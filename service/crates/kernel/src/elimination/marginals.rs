@@ -35,7 +35,8 @@ pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
             for column in 0..=row {
                 let one = &columns[row * rows..row * rows + frontal];
                 let other = &columns[column * rows..column * rows + frontal];
-                covariance[(row, column)] += one.iter().zip(other).map(|(one, other)| one * other).sum::<f64>();
+                covariance[(row, column)] +=
+                    one.iter().zip(other).map(|(one, other)| one * other).sum::<f64>();
             }
         }
         for (place, &row_id) in ids().enumerate().skip(shape.frontal.len()) {

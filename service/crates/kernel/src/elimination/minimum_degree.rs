@@ -14,7 +14,8 @@ pub(super) fn order(interior: usize, vertices: usize, edges: impl Iterator<Item 
     let mut order = Vec::with_capacity(interior);
     let mut clique = Vec::new();
     while !left.is_empty() {
-        let place = (0..left.len()).min_by_key(|&place| degrees[left[place] as usize]).expect("something is left");
+        let place =
+            (0..left.len()).min_by_key(|&place| degrees[left[place] as usize]).expect("something is left");
         // Removing in place keeps the list ascending, so that ties go to the lower vertex.
         let pivot = left.remove(place) as usize;
         order.push(pivot as u32);

@@ -9,12 +9,14 @@
 //! - a candidate path does the same with its virtual nodes added, and leaves the tree as it is,
 //! - covariances come down the same tree (Takahashi's recursion).
 //!
-//! Reading order: `system` (the blocks), `dissection` (the order), `symbolic` (the fronts), `front` (their numbers), `tree`
-//! (what stays and what goes), `solution`, `marginals`, and `expected` with `chain`, `homes` and `along` for
+//! Reading order: `system` (the blocks), `engine` (all that can be asked), `dissection` (the order), `symbolic` (the fronts), `front` (their numbers), `tree`
+//! (what stays and what goes), `solution`, `marginals`, and `expected` with `chain`, `homes`, `attachment` and `along` for
 //! paths not driven yet. Nothing recurses over the tree, and nothing is dense in the number of nodes.
 
 mod shared_vec;
 mod system;
+
+mod engine;
 
 mod bisection;
 mod dissection;
@@ -26,6 +28,7 @@ mod symbolic;
 mod assembly;
 mod dense;
 mod front;
+mod plan;
 mod tree;
 
 mod marginals;
@@ -35,232 +38,16 @@ mod takahashi;
 mod virtual_path;
 
 mod along;
+mod attachment;
 mod chain;
 mod expected;
 mod homes;
 mod update_stack;
 
+pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;
 pub use virtual_path::{ExpectedCovariance, LinkWeight, VirtualLink, VirtualPath};
 
 pub(crate) use shared_vec::SharedVec;
 pub(crate) use solution::Solution;
-
-use nalgebra::{Matrix6, Vector6};
-
-use crate::{KernelError, Node};
-use expected::Ground;
-use tree::{Tree, TreeScratch};
-
-/// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
-const QUALITY_LOSS: f64 = 2.0;
-
-/// How the cost of a good order grows with the number of nodes: that of nested dissection on a surface.
-const GROWTH: f64 = 1.5;
-
-/// The information matrix Lambda_0 and its Cholesky factor on a tree of fronts.
-///
-/// Cloning is cheap: fronts and blocks are shared until one of the copies changes them.
-#[derive(Debug, Default)]
-pub struct Elimination {
-    system: BlockSystem,
-    tree: Tree,
-    /// Nodes and operations when everything was last ordered at once.
-    ordered: (usize, f64),
-    scratch: TreeScratch,
-}
-
-/// Size and cost of an elimination.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
-    /// Keyframes.
-    pub nodes: usize,
-    /// Fronts of the tree.
-    pub fronts: usize,
-    /// Fronts on the longest way from a leaf to a root.
-    pub height: usize,
-    /// Scalar rows of the largest front.
-    pub largest_front: usize,
-    /// Floating point operations of eliminating everything once.
-    pub flops: f64,
-    /// Bytes held by factors, update matrices and blocks.
-    pub bytes: usize,
-}
-
-impl Clone for Elimination {
-    fn clone(&self) -> Self {
-        // Scratch holds nothing between calls; a copy grows its own when it needs it.
-        Elimination {
-            system: self.system.clone(),
-            tree: self.tree.clone(),
-            ordered: self.ordered,
-            scratch: TreeScratch::default(),
-        }
-    }
-}
-
-impl Elimination {
-    /// Eliminates a whole system at once. Errors: [`KernelError::NotPositiveDefinite`].
-    pub fn of(system: BlockSystem) -> Result<Elimination, KernelError> {
-        let mut elimination = Elimination { system, ..Elimination::default() };
-        elimination.rebuild()?;
-        Ok(elimination)
-    }
-
-    /// Eliminates the whole system again on the tree as it is. Errors: as of [`Elimination::of`].
-    pub fn eliminate_again(&mut self) -> Result<(), KernelError> {
-        let all: Vec<u32> = (0..self.len() as u32).collect();
-        self.tree.refresh(&self.system, &all, &mut self.scratch).map(|_| ())
-    }
-
-    /// Number of nodes.
-    pub fn len(&self) -> usize {
-        self.system.len()
-    }
-
-    /// True if there is no node yet.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The blocks before elimination.
-    pub fn system(&self) -> &BlockSystem {
-        &self.system
-    }
-
-    /// The solution x of Lambda x = b for all nodes, in their order.
-    pub fn solve(&self) -> Vec<Vector6<f64>> {
-        let mut solution = Solution::default();
-        for _ in 0..self.len() {
-            solution.add_node();
-        }
-        let mut fronts: Vec<u32> = self.tree.ids().collect();
-        fronts.sort_unstable_by_key(|&id| std::cmp::Reverse((self.tree.front(id).shape.level, id)));
-        solution.update(&self.tree, &fronts, 0.0);
-        (0..self.len() as u32).map(|node| *solution.value(node)).collect()
-    }
-
-    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one way to the root. Errors:
-    /// [`KernelError::UnknownNode`].
-    pub fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
-        self.check(node)?;
-        Ok(marginals::marginal(&self.tree, node.0))
-    }
-
-    /// Covariance of each node, in their order. Cost: about two eliminations.
-    pub fn marginals(&self) -> Result<Vec<Matrix6<f64>>, KernelError> {
-        Ok(marginals::marginals(&self.tree, self.len()))
-    }
-
-    /// Covariance of the last virtual node of a path (and, if `along`, of each node on it) as if it were driven:
-    /// Sigma_nn of Lambda_0 plus the path's information \[PDN12, eq. 4\]. Exact.
-    ///
-    /// Cost: the fronts that hold a linked keyframe, and those above them. The elimination stays as it is.
-    /// Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
-    /// [`KernelError::VirtualNotPositiveDefinite`] for information that is not positive definite.
-    pub fn expected_covariance(
-        &self,
-        path: &VirtualPath,
-        weight: LinkWeight,
-        along: bool,
-        workspace: &mut Workspace,
-    ) -> Result<ExpectedCovariance, KernelError> {
-        let count = path.unary.len();
-        let links_fit = path.links.iter().all(|link| (1..=count).contains(&(link.node as usize)));
-        if count == 0 || path.steps.len() != count || !links_fit {
-            return Err(KernelError::PathShape { unary: count, steps: path.steps.len(), links_fit });
-        }
-        self.check(path.robot)?;
-        for link in &path.links {
-            self.check(link.keyframe)?;
-        }
-        let ground = Ground { tree: &self.tree, system: &self.system };
-        let terminal = workspace.terminal(ground, path, weight, along)?;
-        let along = if along { workspace.along(path.robot.0, self.len() as u32) } else { Vec::new() };
-        Ok(ExpectedCovariance { terminal, along })
-    }
-
-    /// Size and cost of this elimination. Cost: a visit to each front.
-    pub fn statistics(&self) -> Statistics {
-        let mut statistics = Statistics {
-            nodes: self.len(),
-            flops: self.tree.flops(),
-            bytes: self.system.bytes(),
-            ..Statistics::default()
-        };
-        for front in self.tree.ids().map(|id| self.tree.front(id)) {
-            statistics.fronts += 1;
-            statistics.height = statistics.height.max(front.shape.level as usize + 1);
-            statistics.largest_front = statistics.largest_front.max(front.shape.rows());
-            statistics.bytes += front.bytes();
-        }
-        statistics
-    }
-
-    /// The blocks, to be changed; `refresh` or `restructure` must follow.
-    pub(crate) fn system_mut(&mut self) -> &mut BlockSystem {
-        &mut self.system
-    }
-
-    /// Whether nodes were added since the last `restructure`.
-    pub(crate) fn has_new_nodes(&self) -> bool {
-        !self.new_nodes().is_empty()
-    }
-
-    /// Nodes added since the last `restructure`.
-    pub(crate) fn new_nodes(&self) -> std::ops::Range<u32> {
-        self.tree.nodes() as u32..self.len() as u32
-    }
-
-    /// Follows changed numbers of these nodes, and solves. Returns what was done.
-    pub(crate) fn refresh(&mut self, touched: &[u32], solution: &mut Solution, prune: f64) -> Result<Update, KernelError> {
-        let fronts = self.tree.refresh(&self.system, touched, &mut self.scratch)?;
-        Ok(self.finish(&fronts, solution, prune))
-    }
-
-    /// Follows new nodes and new pairs between these nodes, and solves. Everything is ordered anew when eliminating the
-    /// tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to today's size. Returns
-    /// what was done.
-    pub(crate) fn restructure(
-        &mut self,
-        touched: &[u32],
-        solution: &mut Solution,
-        prune: f64,
-    ) -> Result<Update, KernelError> {
-        let mut fronts = self.tree.restructure(&self.system, touched, &mut self.scratch)?;
-        let (nodes, flops) = self.ordered;
-        let growth = (self.len() as f64 / nodes.max(1) as f64).powf(GROWTH);
-        if self.tree.flops() > QUALITY_LOSS * flops * growth {
-            self.rebuild()?;
-            fronts = self.tree.ids().collect();
-            fronts.sort_unstable_by_key(|&id| std::cmp::Reverse((self.tree.front(id).shape.level, id)));
-        }
-        Ok(self.finish(&fronts, solution, prune))
-    }
-
-    fn rebuild(&mut self) -> Result<(), KernelError> {
-        self.tree.rebuild(&self.system, &mut self.scratch)?;
-        self.ordered = (self.len(), self.tree.flops());
-        Ok(())
-    }
-
-    fn finish(&self, fronts: &[u32], solution: &mut Solution, prune: f64) -> Update {
-        let eliminated_nodes = fronts.iter().map(|&id| self.tree.front(id).shape.frontal.len()).sum();
-        let visited = solution.update(&self.tree, fronts, prune);
-        Update { visited, eliminated_fronts: fronts.len(), eliminated_nodes }
-    }
-
-    fn check(&self, node: Node) -> Result<(), KernelError> {
-        if node.index() < self.len() { Ok(()) } else { Err(KernelError::UnknownNode { node, nodes: self.len() }) }
-    }
-}
-
-/// What following a change took.
-#[derive(Debug)]
-pub(crate) struct Update {
-    /// Nodes whose value was solved for.
-    pub visited: Vec<u32>,
-    pub eliminated_fronts: usize,
-    pub eliminated_nodes: usize,
-}

@@ -72,7 +72,9 @@ impl Division {
                 continue; // a newer entry of this vertex is in the queue
             }
             let weight = graph.weights[vertex as usize];
-            if self.weights[side as usize] + weight > limit && self.weights[side as usize] >= self.weights[1 - side as usize] {
+            if self.weights[side as usize] + weight > limit
+                && self.weights[side as usize] >= self.weights[1 - side as usize]
+            {
                 continue;
             }
             locked[vertex as usize] = true;

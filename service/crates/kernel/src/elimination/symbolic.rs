@@ -57,8 +57,11 @@ pub(super) fn analyse(part: &Part) -> Vec<SymbolicFront> {
                 - blocks(below.frontal.len(), below.separator.len())
                 - blocks(front.frontal.len(), front.separator.len());
             let zeros_merged = zeros_here + zeros[child as usize] + added;
-            let allowed =
-                ZEROS_ALLOWED.iter().find(|(nodes, _)| merged <= *nodes).expect("the last row allows any number").1;
+            let allowed = ZEROS_ALLOWED
+                .iter()
+                .find(|(nodes, _)| merged <= *nodes)
+                .expect("the last row allows any number")
+                .1;
             if zeros_merged as f64 <= allowed * blocks_merged as f64 {
                 let below = std::mem::take(&mut fronts[child as usize]);
                 absorbed[child as usize] = true;
@@ -182,7 +185,8 @@ mod tests {
     fn an_orphan_fills_its_separator_and_hangs_below_its_first_node() {
         let offsets = [0, 0, 0, 0, 0];
         let orphans = [vec![1, 3]];
-        let fronts = analyse(&Part { order: &[0, 1, 2, 3], offsets: &offsets, targets: &[], orphans: &orphans });
+        let fronts =
+            analyse(&Part { order: &[0, 1, 2, 3], offsets: &offsets, targets: &[], orphans: &orphans });
         let holder = fronts.iter().find(|front| front.frontal.contains(&1)).expect("each node has a front");
         assert_eq!(holder.orphans, vec![0]);
         assert!(holder.frontal.contains(&3) || holder.separator == vec![3]);

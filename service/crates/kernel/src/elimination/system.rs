@@ -89,7 +89,8 @@ impl BlockSystem {
     pub fn blocks(&self) -> impl Iterator<Item = (Node, Node, Matrix6<f64>)> + '_ {
         (0..self.len() as u32).flat_map(move |node| {
             let later = self.neighbours(node).iter().filter(move |neighbour| neighbour.node > node);
-            let pairs = later.map(move |neighbour| (Node(node), Node(neighbour.node), *self.edge_block(neighbour.edge)));
+            let pairs = later
+                .map(move |neighbour| (Node(node), Node(neighbour.node), *self.edge_block(neighbour.edge)));
             std::iter::once((Node(node), Node(node), self.diagonal(node).block)).chain(pairs)
         })
     }

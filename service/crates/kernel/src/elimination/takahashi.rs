@@ -11,7 +11,12 @@ use super::dense::factor_view;
 /// covariance of its separator (full, column-major).
 ///
 /// With W = L21 L11^-1: S_sf = -S_ss W and S_ff = (L11 L11^T)^-1 + W^T S_ss W.
-pub(super) fn covariance_of_front(factor: &[f64], rows: usize, frontal: usize, separator: &[f64]) -> Vec<f64> {
+pub(super) fn covariance_of_front(
+    factor: &[f64],
+    rows: usize,
+    frontal: usize,
+    separator: &[f64],
+) -> Vec<f64> {
     let (upper, below) = factor_view(factor, rows, frontal).split_at_row(frontal);
     let behind = rows - frontal;
     let mut whole = vec![0.0; rows * rows];
@@ -56,6 +61,11 @@ pub(super) fn diagonal_block(matrix: &[f64], rows: usize, place: usize) -> nalge
 }
 
 /// The 6x6 block at a block row and a block column.
-pub(super) fn cross_block(matrix: &[f64], rows: usize, row_place: usize, column_place: usize) -> nalgebra::Matrix6<f64> {
+pub(super) fn cross_block(
+    matrix: &[f64],
+    rows: usize,
+    row_place: usize,
+    column_place: usize,
+) -> nalgebra::Matrix6<f64> {
     nalgebra::Matrix6::from_fn(|row, column| matrix[(6 * column_place + column) * rows + 6 * row_place + row])
 }

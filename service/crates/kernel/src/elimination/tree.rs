@@ -3,10 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::{Assembly, NONE};
-use super::dissection;
 use super::front::{Front, Shape};
-use super::graph::Graph;
-use super::symbolic::{self, Part};
 use super::system::BlockSystem;
 use crate::KernelError;
 
@@ -119,7 +116,7 @@ impl Tree {
             orphans.extend(shape.children.iter().filter(|child| dissolved.binary_search(child).is_err()));
         }
         nodes.sort_unstable();
-        let symbolic = self.analyse(system, &nodes, &orphans, scratch);
+        let symbolic = self.plan(system, &nodes, &orphans, &mut scratch.local);
 
         let mut ids: Vec<u32> = dissolved.clone();
         let mut unused = self.unused.clone();
@@ -142,7 +139,9 @@ impl Tree {
             let shape = Arc::new(Shape {
                 frontal: front.frontal.iter().map(|&local| nodes[local as usize]).collect(),
                 separator: front.separator.iter().map(|&local| nodes[local as usize]).collect(),
-                children: made_ids.chain(front.orphans.iter().map(|&orphan| orphans[orphan as usize])).collect(),
+                children: made_ids
+                    .chain(front.orphans.iter().map(|&orphan| orphans[orphan as usize]))
+                    .collect(),
                 level: below.clone().map(|child| child.shape.level + 1).max().unwrap_or(0),
             });
             made.push(Front::eliminate(shape, system, below, &mut scratch.assembly)?);
@@ -172,7 +171,11 @@ impl Tree {
     }
 
     /// Orders and eliminates everything anew. Nothing changes on an error.
-    pub(super) fn rebuild(&mut self, system: &BlockSystem, scratch: &mut TreeScratch) -> Result<Vec<u32>, KernelError> {
+    pub(super) fn rebuild(
+        &mut self,
+        system: &BlockSystem,
+        scratch: &mut TreeScratch,
+    ) -> Result<Vec<u32>, KernelError> {
         let mut tree = Tree::default();
         let ids = tree.restructure(system, &[], scratch)?;
         *self = tree;
@@ -196,67 +199,4 @@ impl Tree {
         }
         found
     }
-
-    /// Orders these nodes, given the subtrees that hang below them, and groups them into fronts.
-    fn analyse(
-        &self,
-        system: &BlockSystem,
-        nodes: &[u32],
-        orphans: &[u32],
-        scratch: &mut TreeScratch,
-    ) -> Vec<symbolic::SymbolicFront> {
-        let local = &mut scratch.local;
-        local.resize(system.len(), NONE);
-        for (index, &node) in nodes.iter().enumerate() {
-            local[node as usize] = index as u32;
-        }
-        let mut offsets = vec![0];
-        let mut targets = Vec::new();
-        for &node in nodes {
-            let inside = system.neighbours(node).iter().map(|neighbour| local[neighbour.node as usize]);
-            targets.extend(inside.filter(|&index| index != NONE));
-            offsets.push(targets.len() as u32);
-        }
-        let separators: Vec<Vec<u32>> = orphans
-            .iter()
-            .map(|&id| self.front(id).shape.separator.iter().map(|&node| local[node as usize]).collect())
-            .collect();
-        for &node in nodes {
-            local[node as usize] = NONE;
-        }
-        let last = (nodes.last() == Some(&(system.len() as u32 - 1))).then(|| nodes.len() as u32 - 1);
-        let order = if separators.is_empty() {
-            dissection::order(&Graph::unweighted(offsets.clone(), targets.clone()), last)
-        } else {
-            dissection::order(&with_cliques(&offsets, &targets, &separators), last)
-        };
-        symbolic::analyse(&Part { order: &order, offsets: &offsets, targets: &targets, orphans: &separators })
-    }
-}
-
-/// The graph in which each orphan's separator is a clique, as its elimination has left it.
-fn with_cliques(offsets: &[u32], targets: &[u32], separators: &[Vec<u32>]) -> Graph {
-    let count = offsets.len() - 1;
-    let mut holders: Vec<Vec<u32>> = vec![Vec::new(); count];
-    for (index, separator) in separators.iter().enumerate() {
-        for &vertex in separator {
-            holders[vertex as usize].push(index as u32);
-        }
-    }
-    let mut seen = vec![NONE; count];
-    let mut all_offsets = vec![0];
-    let mut all_targets = Vec::new();
-    for vertex in 0..count as u32 {
-        seen[vertex as usize] = vertex;
-        let own = &targets[offsets[vertex as usize] as usize..offsets[vertex as usize + 1] as usize];
-        let filled = holders[vertex as usize].iter().flat_map(|&index| &separators[index as usize]);
-        for &other in own.iter().chain(filled) {
-            if seen[other as usize] != vertex {
-                seen[other as usize] = vertex;
-                all_targets.push(other);
-            }
-        }
-        all_offsets.push(all_targets.len() as u32);
-    }
-    Graph::unweighted(all_offsets, all_targets)
 }

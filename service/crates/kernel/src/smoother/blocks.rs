@@ -71,7 +71,8 @@ impl Smoother {
         let factor = self.factors.get(index);
         let (first, second) = factor.nodes();
         let at = |node: Node| &self.linearizations[node.index()];
-        let Linearized { residual, jacobians: [of_first, of_second] } = factor.linearize(at(first), second.map(at))?;
+        let Linearized { residual, jacobians: [of_first, of_second] } =
+            factor.linearize(at(first), second.map(at))?;
         let system = self.elimination.system_mut();
         if wanted.first {
             system.add_diagonal(first, &of_first.tr_mul(&of_first), &-of_first.tr_mul(&residual));

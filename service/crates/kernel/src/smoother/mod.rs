@@ -27,9 +27,9 @@ const PRUNE_SHARE: f64 = 1e-2;
 pub struct SmootherSettings {
     /// A keyframe is linearised anew once an entry of its step exceeds this, in m and rad.
     ///
-    /// Default 1e-3: a millimetre and 0.06 degrees, below what the sensors see. What the linearisation neglects is of
-    /// second order in the step, 1e-6. Each keyframe's noise moves the whole graph by some micrometres, so a much smaller
-    /// tolerance linearises the whole graph anew for every keyframe.
+    /// Default 5e-3: half a centimetre and 0.3 degrees. What the linearisation neglects is of second order in the step,
+    /// here 2.5e-5. The noise of each keyframe moves much of the graph by a little, so a tolerance near that movement
+    /// linearises much of the graph anew for every keyframe.
     pub relinearize_above: f64,
     /// Gauss-Newton steps of one `advance` at most.
     pub max_iterations: usize,
@@ -37,7 +37,7 @@ pub struct SmootherSettings {
 
 impl Default for SmootherSettings {
     fn default() -> Self {
-        SmootherSettings { relinearize_above: 1e-3, max_iterations: 10 }
+        SmootherSettings { relinearize_above: 5e-3, max_iterations: 10 }
     }
 }
 
@@ -116,7 +116,8 @@ impl Smoother {
     }
 
     /// As [`Smoother::advance`], for once with this tolerance instead of `relinearize_above`: every keyframe whose step
-    /// exceeds it is linearised anew.
+    /// exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge linearly, so a small
+    /// tolerance may take several calls.
     pub fn settle(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
         let beyond = |&node: &u32| self.steps.value(node).amax() > relinearize_above;
         self.restless = (0..self.len() as u32).filter(beyond).collect();

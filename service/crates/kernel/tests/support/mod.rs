@@ -145,7 +145,7 @@ pub fn dense(system: &BlockSystem) -> (DMatrix<f64>, DVector<f64>) {
         }
     }
     for node in 0..system.len() {
-        right.rows_mut(6 * node, 6).copy_from(&system.right_hand_side(Node(node as u32)));
+        right.rows_mut(6 * node, 6).copy_from(system.right_hand_side(Node(node as u32)));
     }
     (matrix, right)
 }
