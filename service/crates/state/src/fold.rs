@@ -250,13 +250,6 @@ impl Fold {
         Ok(())
     }
 
-    /// The smoother where a question looks: a copy that has settled. Cost: what has moved since the last settling.
-    pub(crate) fn settled_smoother(&self) -> Result<(Smoother, bool), KernelError> {
-        let mut settled = self.smoother.clone();
-        let converged = settle(&mut settled)?;
-        Ok((settled, converged))
-    }
-
     /// The newest keyframe of the graph.
     pub(crate) fn newest(&self) -> Option<Node> {
         let count = u32::try_from(self.smoother.len()).unwrap_or(u32::MAX);
@@ -264,7 +257,7 @@ impl Fold {
     }
 
     /// This, or what it will be once the group is mended. To be called after [`Fold::look_ahead`].
-    pub(crate) fn settled(&self) -> &Fold {
+    pub(crate) fn ahead(&self) -> &Fold {
         self.mended.as_deref().unwrap_or(self)
     }
 
@@ -278,7 +271,7 @@ impl Fold {
 }
 
 /// Steps until every linearisation point is at the estimate; false if that takes too long.
-fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
+pub(crate) fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
     for _ in 0..SETTLE_ROUNDS {
         if smoother.settle(SETTLED_TOLERANCE)?.converged {
             return Ok(true);

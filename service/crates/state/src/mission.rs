@@ -164,11 +164,8 @@ impl Mission {
     }
 
     /// Prepares `rpc/graph`: keyframes from id `from` on, with their marginals if asked. An empty graph is an answer.
-    ///
-    /// # Errors
-    /// [`StateError::Singular`].
-    pub fn begin_graph(&mut self, from: Option<u64>, marginals: bool) -> Result<GraphJob, StateError> {
-        Ok(GraphJob { source: self.any_source()?, from: from.unwrap_or(0), marginals })
+    pub fn begin_graph(&mut self, from: Option<u64>, marginals: bool) -> GraphJob {
+        GraphJob { source: self.any_source(), from: from.unwrap_or(0), marginals }
     }
 
     /// Prepares `rpc/waypoints`.
@@ -245,16 +242,16 @@ impl Mission {
         if self.fold.keyframes_in_graph() == 0 {
             return Err(StateError::NotReady);
         }
-        self.any_source()
+        Ok(self.any_source())
     }
 
-    fn any_source(&mut self) -> Result<Source, StateError> {
-        Ok(Source {
+    fn any_source(&mut self) -> Source {
+        Source {
             mission: self.id().to_string(),
             graph_seq: self.next_seq(),
             phase: self.phase,
             allowable: self.config.allowable,
-            view: self.fold.view()?,
-        })
+            view: self.fold.view(),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::convert;
 use crate::error::StateError;
-use crate::fold::Fold;
+use crate::fold::{Fold, settle};
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::gaussian;
 use pdn_kernel::se3::Pose;
@@ -12,16 +12,25 @@ use pdn_planning::{
 };
 use rayon::ThreadPool;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-/// Everything that a question may ask of the pose graph, immutable.
+/// The state at a moment, immutable. Whatever is asked of the graph is asked of its settled copy, which the first
+/// question makes on its own thread and all others share.
 pub struct View {
-    /// What decisions rest on.
-    pub snapshot: Snapshot,
-    /// The smoother, for estimates and chi2.
-    pub smoother: Smoother,
+    /// At the linearisation points of the fold.
+    draft: Snapshot,
+    smoother: Smoother,
+    settled: OnceLock<Result<Settled, StateError>>,
     /// Count of each kind of factor.
     pub factors: BTreeMap<&'static str, u64>,
+}
+
+/// The graph with its linearisation points at the estimate.
+pub struct Settled {
+    /// What decisions rest on.
+    pub snapshot: Snapshot,
+    /// The smoother, for estimates, marginals and chi2.
+    pub smoother: Smoother,
 }
 
 /// The newest keyframe as it is estimated now.
@@ -39,14 +48,12 @@ pub struct RobotNow {
 
 impl std::fmt::Debug for View {
     fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(formatter, "View of {} keyframes", self.snapshot.keyframes.len())
+        write!(formatter, "View of {} keyframes", self.draft.keyframes.len())
     }
 }
 
 impl View {
-    fn of(fold: &Fold) -> Result<View, StateError> {
-        let (smoother, _) =
-            fold.settled_smoother().map_err(|error| convert::error::unsolvable(&fold.book.nodes, error))?;
+    fn of(fold: &Fold) -> View {
         let keyframe = |(id, world_from_body): (&u64, &Pose)| {
             let record = &fold.book.keyframes[id];
             SnapshotKeyframe {
@@ -57,11 +64,11 @@ impl View {
             }
         };
         let factors = fold.book.factors.iter().map(|(kind, count)| (kind.name(), *count));
-        Ok(View {
-            snapshot: Snapshot {
-                keyframes: fold.book.nodes.iter().zip(smoother.linearizations()).map(keyframe).collect(),
+        View {
+            draft: Snapshot {
+                keyframes: fold.book.nodes.iter().zip(fold.smoother.linearizations()).map(keyframe).collect(),
                 went: fold.book.went.clone(),
-                elimination: smoother.elimination().clone(),
+                elimination: fold.smoother.elimination().clone(),
                 last_odometry: fold.book.last_odometry.map(|(_, step)| step),
                 covered_m2: fold.trail.coverage().covered_m2(),
                 target_m2: fold.settings.target_m2,
@@ -69,9 +76,34 @@ impl View {
                 settings: fold.settings.planning.clone(),
                 derived: Derived::default(),
             },
-            smoother,
+            smoother: fold.smoother.clone(),
+            settled: OnceLock::new(),
             factors: factors.collect(),
-        })
+        }
+    }
+
+    /// The mission's settings.
+    pub fn settings(&self) -> &pdn_planning::Settings {
+        &self.draft.settings
+    }
+
+    /// The table of P_L.
+    pub fn link_model(&self) -> &LinkModel {
+        &self.draft.link_model
+    }
+
+    /// The settled graph. Cost: once, moving the linearisation points to the estimate.
+    ///
+    /// # Errors
+    /// [`StateError::Singular`] if the settled graph cannot be solved.
+    pub fn settled(&self) -> Result<&Settled, StateError> {
+        let settled = self.settled.get_or_init(|| {
+            let mut smoother = self.smoother.clone();
+            settle(&mut smoother).map_err(|error| self.told(error))?;
+            let snapshot = self.copied(&smoother, self.draft.settings.clone());
+            Ok(Settled { snapshot, smoother })
+        });
+        settled.as_ref().map_err(StateError::clone)
     }
 
     /// Explore or revisit.
@@ -84,7 +116,8 @@ impl View {
         pool: &ThreadPool,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Decision, StateError> {
-        pdn_planning::decide(&self.snapshot, question, pool, stop).map_err(|error| self.told(error))
+        pdn_planning::decide(&self.settled()?.snapshot, question, pool, stop)
+            .map_err(|error| self.told(error))
     }
 
     /// What paths that a person drew would bring.
@@ -99,9 +132,13 @@ impl View {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Evaluation, StateError> {
         let evaluated = if *question == Question::default() {
-            pdn_planning::evaluate_paths(&self.snapshot, paths, pool, stop)
+            pdn_planning::evaluate_paths(&self.settled()?.snapshot, paths, pool, stop)
         } else {
-            pdn_planning::evaluate_paths(&self.assuming(question), paths, pool, stop)
+            let mut settings = self.draft.settings.clone();
+            settings.alpha = question.alpha.unwrap_or(settings.alpha);
+            settings.allowable = question.allowable.unwrap_or(settings.allowable);
+            let assuming = self.copied(&self.settled()?.smoother, settings);
+            pdn_planning::evaluate_paths(&assuming, paths, pool, stop)
         };
         evaluated.map_err(|error| self.told(error))
     }
@@ -109,24 +146,25 @@ impl View {
     /// Tells an error by keyframe ids.
     pub fn told(&self, error: impl Into<PlanningError>) -> StateError {
         convert::error::planning(
-            |node| self.snapshot.keyframes.get(node.index()).map(|keyframe| keyframe.id),
+            |node| self.draft.keyframes.get(node.index()).map(|keyframe| keyframe.id),
             error,
         )
     }
 
-    fn assuming(&self, question: &Question) -> Snapshot {
-        let snapshot = &self.snapshot;
-        let mut settings = snapshot.settings.clone();
-        settings.alpha = question.alpha.unwrap_or(settings.alpha);
-        settings.allowable = question.allowable.unwrap_or(settings.allowable);
+    /// The draft at the linearisation points of `smoother`, with these settings.
+    fn copied(&self, smoother: &Smoother, settings: pdn_planning::Settings) -> Snapshot {
+        let draft = &self.draft;
+        let keyframes = draft.keyframes.iter().zip(smoother.linearizations());
         Snapshot {
-            keyframes: snapshot.keyframes.clone(),
-            went: snapshot.went.clone(),
-            elimination: snapshot.elimination.clone(),
-            last_odometry: snapshot.last_odometry,
-            covered_m2: snapshot.covered_m2,
-            target_m2: snapshot.target_m2,
-            link_model: snapshot.link_model.clone(),
+            keyframes: keyframes
+                .map(|(keyframe, pose)| SnapshotKeyframe { world_from_body: *pose, ..*keyframe })
+                .collect(),
+            went: draft.went.clone(),
+            elimination: smoother.elimination().clone(),
+            last_odometry: draft.last_odometry,
+            covered_m2: draft.covered_m2,
+            target_m2: draft.target_m2,
+            link_model: draft.link_model.clone(),
             settings,
             derived: Derived::default(),
         }
@@ -135,18 +173,15 @@ impl View {
 
 impl Fold {
     /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for what has not
-    /// been solved for, and once a change settling a copy, and a copy of what is told of each keyframe.
-    ///
-    /// # Errors
-    /// [`StateError::Singular`] if the settled graph cannot be solved.
-    pub fn view(&mut self) -> Result<Arc<View>, StateError> {
+    /// been solved for, and once a change a copy of what is told of each keyframe.
+    pub fn view(&mut self) -> Arc<View> {
         self.look_ahead();
         if let Some(view) = &self.view {
-            return Ok(Arc::clone(view));
+            return Arc::clone(view);
         }
-        let view = Arc::new(View::of(self.settled())?);
+        let view = Arc::new(View::of(self.ahead()));
         self.view = Some(Arc::clone(&view));
-        Ok(view)
+        view
     }
 
     /// The newest keyframe; none before the first is in the graph. Cost beyond solving: one marginal.
@@ -156,7 +191,7 @@ impl Fold {
     pub fn robot(&mut self) -> Result<Option<RobotNow>, StateError> {
         self.look_ahead();
         if self.robot.is_none() {
-            self.robot = self.settled().look_at_robot()?;
+            self.robot = self.ahead().look_at_robot()?;
         }
         Ok(self.robot)
     }
@@ -164,19 +199,19 @@ impl Fold {
     /// Keyframes in the graph.
     pub fn keyframes_in_graph(&mut self) -> usize {
         self.look_ahead();
-        self.settled().smoother.len()
+        self.ahead().smoother.len()
     }
 
     /// Factors in the graph, the prior of the configuration included.
     pub fn factors_in_graph(&mut self) -> u64 {
         self.look_ahead();
-        self.settled().book.factors_in_graph()
+        self.ahead().book.factors_in_graph()
     }
 
     /// The rasters.
     pub fn coverage(&mut self) -> &Coverage {
         self.look_ahead();
-        self.settled().trail.coverage()
+        self.ahead().trail.coverage()
     }
 
     /// A_target, m^2.
@@ -193,13 +228,13 @@ impl Fold {
     pub fn survey_remaining_m(&mut self) -> Option<f64> {
         self.look_ahead();
         let survey = self.settings.survey.as_ref()?;
-        Some(survey.length_m() - self.settled().progress.done_m)
+        Some(survey.length_m() - self.ahead().progress.done_m)
     }
 
     /// What keeps decisions from resting on the graph, one sentence each.
     pub fn findings(&mut self) -> Vec<String> {
         self.look_ahead();
-        let fold = self.settled();
+        let fold = self.ahead();
         let mut findings = Vec::new();
         let untied = fold.book.untied();
         if let Some(first) = untied.first() {

@@ -87,7 +87,7 @@ fn stream(name: &str) -> Option<(f64, [f64; 36], serde_json::Value)> {
     }
     script.offer_all(&mut vehicle);
     let last = keyframes.last().copied();
-    let graph = mission(&mut vehicle).begin_graph(last, true).and_then(|job| job.run()).expect("the graph is regular");
+    let graph = mission(&mut vehicle).begin_graph(last, true).run().expect("the graph is regular");
     assert_eq!(mission(&mut vehicle).state().keyframes, keyframes.len() as u64);
     Some((graph.chi2, graph.keyframes[0].covariance.expect("marginals were asked for").0, expected))
 }

@@ -180,7 +180,7 @@ fn every_bad_event_is_refused_by_code_and_path_consumes_its_number_and_leaves_th
     assert_eq!(bad.next().map(|(event, ..)| event), None, "every bad event had its turn");
     assert_eq!(mission(&mut disturbed).ingest_status().rejected, count);
     let answers = |vehicle: &mut Vehicle| {
-        let mut graph = mission(vehicle).begin_graph(None, true).and_then(|job| job.run()).expect("the graph is regular");
+        let mut graph = mission(vehicle).begin_graph(None, true).run().expect("the graph is regular");
         graph.graph_seq = 0;
         let mut links = mission(vehicle).link_model();
         links.graph_seq = 0;

@@ -51,7 +51,7 @@ fn keyframes_wait_until_they_are_tied_and_bring_what_waited_for_them() {
     assert_eq!(refusals(&offer(&mut vehicle, &script)), []);
     let state = mission(&mut vehicle).state();
     assert_eq!((state.keyframes, state.factors, state.health.ok), (4, 10, true));
-    let graph = mission(&mut vehicle).begin_graph(None, false).and_then(|job| job.run()).expect("the graph is regular");
+    let graph = mission(&mut vehicle).begin_graph(None, false).run().expect("the graph is regular");
     for keyframe in &graph.keyframes {
         for axis in 0..3 {
             // The steps are exact and the noise of depth and attitude is a few centimetres and hundredths of a radian.
@@ -77,7 +77,7 @@ fn without_a_configured_prior_the_first_keyframe_waits_for_a_prior_factor() {
     assert_eq!((state.keyframes, state.robot, state.uncertainty, state.health.ok), (0, None, None, false));
     let refused = mission(&mut vehicle).begin_decision(DecisionRequest::default()).expect_err("no graph");
     assert_eq!(refused.code(), Code::NotReady);
-    assert_eq!(mission(&mut vehicle).begin_graph(None, true).and_then(|job| job.run()).expect("an answer").keyframes, vec![]);
+    assert_eq!(mission(&mut vehicle).begin_graph(None, true).run().expect("an answer").keyframes, vec![]);
 
     let covariance = diagonal([0.01; 6]);
     script.factor(FactorKind::Prior { keyframe: 7, pose: level([1.0, 2.0, 3.0]), covariance });
@@ -106,7 +106,7 @@ fn a_baseline_is_checked_when_both_keyframes_are_in_the_graph() {
     assert_eq!(refusals(&offer(&mut vehicle, &script)), [(script.seq() - 1, Code::DegenerateBaseline)]);
     assert_eq!(mission(&mut vehicle).ingest_status().rejected, 2);
     assert_eq!(
-        mission(&mut vehicle).begin_graph(None, false).and_then(|job| job.run()).expect("regular").factors.get("camera"),
+        mission(&mut vehicle).begin_graph(None, false).run().expect("regular").factors.get("camera"),
         None
     );
 }

@@ -4,7 +4,7 @@ use super::question::question;
 use super::shapes::{wire_covariance, wire_pose};
 use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;
-use crate::view::{RobotNow, View};
+use crate::view::{RobotNow, Settled, View};
 use nalgebra::Vector3;
 use pdn_planning as domain;
 use pdn_schemas::config::Allowable;
@@ -40,10 +40,9 @@ pub fn decide(
     pool: &ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Decision, StateError> {
-    let snapshot = &source.view.snapshot;
     let decided =
-        source.view.decide(&question(&request.what_if, &snapshot.settings.allowable), pool, stop)?;
-    let table = || link_model(source.mission.clone(), source.graph_seq, &snapshot.link_model);
+        source.view.decide(&question(&request.what_if, &source.view.settings().allowable), pool, stop)?;
+    let table = || link_model(source.mission.clone(), source.graph_seq, source.view.link_model());
     Ok(Decision {
         mission: source.mission.clone(),
         decision: None,
@@ -84,7 +83,7 @@ pub fn evaluate(
     pool: &ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<EvaluateReply, StateError> {
-    let assumed = question(&request.what_if, &source.view.snapshot.settings.allowable);
+    let assumed = question(&request.what_if, &source.view.settings().allowable);
     let paths: Vec<Vec<Vector3<f64>>> =
         paths.iter().map(|path| path.iter().map(|point| Vector3::from(*point)).collect()).collect();
     let evaluated = source.view.evaluate(&assumed, &paths, pool, stop)?;
@@ -105,7 +104,7 @@ pub fn evaluate(
 /// # Errors
 /// [`StateError::Singular`] if a marginal cannot be computed.
 pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, StateError> {
-    let View { snapshot, smoother, factors } = source.view.as_ref();
+    let Settled { snapshot, smoother } = source.view.settled()?;
     let covariances = if marginals && !snapshot.keyframes.is_empty() {
         smoother.elimination().marginals().map_err(|error| source.view.told(error))?
     } else {
@@ -127,7 +126,7 @@ pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, 
         mission: source.mission.clone(),
         graph_seq: source.graph_seq,
         keyframes,
-        factors: factors.iter().map(|(kind, count)| (kind.to_string(), *count)).collect(),
+        factors: source.view.factors.iter().map(|(kind, count)| (kind.to_string(), *count)).collect(),
         chi2: smoother.chi2().map_err(|error| source.view.told(error))?,
     })
 }
@@ -137,7 +136,8 @@ pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, 
 /// # Errors
 /// [`StateError::Singular`] if a marginal cannot be computed.
 pub fn waypoints(source: &Source) -> Result<WaypointsReply, StateError> {
-    let found = domain::waypoints(&source.view.snapshot).map_err(|error| source.view.told(error))?;
+    let found =
+        domain::waypoints(&source.view.settled()?.snapshot).map_err(|error| source.view.told(error))?;
     let told = found.iter().map(|waypoint| Waypoint {
         keyframe: waypoint.keyframe,
         pose: wire_pose(&waypoint.pose),

@@ -200,7 +200,7 @@ pub fn bits(mission: &mut Mission, pool: &rayon::ThreadPool) -> Vec<u8> {
     let mut push =
         |bytes: Result<Vec<u8>, codec::CodecError>| bits.extend(bytes.expect("answers can be encoded"));
     push(codec::encode(&mission.state(), Format::Bincode));
-    let graph = mission.begin_graph(None, true).and_then(|job| job.run()).expect("the graph is regular");
+    let graph = mission.begin_graph(None, true).run().expect("the graph is regular");
     push(codec::encode(&graph, Format::Bincode));
     push(codec::encode(&mission.coverage(), Format::Bincode));
     push(codec::encode(&mission.link_model(), Format::Bincode));
