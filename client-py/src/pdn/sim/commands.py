@@ -23,7 +23,8 @@ _HELP = """Fly a simulated vehicle through a scenario, against a running daemon.
 
 SCENARIO is the name of one that comes with pdn (see --list) or the path of a TOML file of one's own. The
 vehicle configures a mission, starts it, flies the survey by its estimate under the policy, and completes the
-mission. At the end the mission's figures are printed; --out keeps the whole course for `pdn plot`."""
+mission; with --await-operator it leaves configuring and starting to an operator. At the end the mission's
+figures are printed; --out keeps the whole course for `pdn plot`."""
 
 
 def sim(
@@ -56,6 +57,18 @@ def sim(
     mission: Annotated[
         str | None, typer.Option(metavar="ID", help="The mission's name; made from the rest if not given.")
     ] = None,
+    print_config: Annotated[
+        bool, typer.Option("--print-config", help="Print the mission's configuration as JSON and stop.")
+    ] = False,
+    await_operator: Annotated[
+        float | None,
+        typer.Option(
+            "--await-operator",
+            metavar="SECONDS",
+            min=0.0,
+            help="Configure and start nothing: wait so long for an operator's running mission, and fly it.",
+        ),
+    ] = None,
 ) -> None:
     """See ``_HELP``."""
     from pdn.sim.policies import POLICIES
@@ -73,7 +86,13 @@ def sim(
         loaded = load(scenario)
     except ScenarioError as error:
         raise typer.BadParameter(str(error), param_hint="SCENARIO") from error
-    _fly(loaded, policy, alpha, seed, out, as_json, connect, zenoh_config, vehicle, mission)
+    name = mission or mission_name(loaded.name, policy, alpha, seed)
+    if print_config:
+        from pdn.sim.flight import mission_config
+
+        print(json.dumps(mission_config(loaded, name, alpha)))
+        return
+    _fly(loaded, policy, alpha, seed, out, as_json, connect, zenoh_config, vehicle, name, await_operator)
 
 
 def _list(as_json: bool) -> None:
@@ -97,16 +116,18 @@ def _fly(
     endpoint: str,
     zenoh_config: Path | None,
     vehicle: str,
-    mission: str | None,
+    mission: str,
+    await_operator_s: float | None,
 ) -> None:
     import pdn.client
     from pdn.sim import flight, record, remote
     from pdn.sim.progress import shown
 
-    name = mission or mission_name(scenario.name, policy, alpha, seed)
     with (
         pdn.client.connect(vehicle, endpoint, config_file=zenoh_config) as client,
-        remote.mission(client, scenario, name, alpha) as planner,
+        remote.mission(client, scenario, mission, alpha)
+        if await_operator_s is None
+        else remote.operators_mission(client, await_operator_s) as planner,
         shown(f"{scenario.name} {policy}", visible=not as_json) as progress,
     ):
         run = flight.fly(scenario, policy, alpha, seed, planner, progress)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 
 from pdn import wire
-from pdn.client import Client, MissionStream
+from pdn.client import Client, MissionStream, Refused, Timeout
 from pdn.sim.flight import mission_config
 from pdn.sim.planner import Advice, Fix
 from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Pose, quaternion_of
+
+POLL_S = 0.2
+"""How often an awaited mission is looked for."""
 
 
 @contextmanager
@@ -21,6 +25,32 @@ def mission(client: Client, scenario: Scenario, name: str, alpha: float) -> Iter
     """Configure and start a mission, hand out its planner, and complete it; an error on the way aborts it."""
     client.configure(mission_config(scenario, name, alpha))
     client.start("the survey begins")
+    with _flown(client, name) as planner:
+        yield planner
+
+
+@contextmanager
+def operators_mission(client: Client, patience_s: float) -> Iterator[RemotePlanner]:
+    """Wait for a mission that an operator has configured and started, and take it as ``mission`` does."""
+    end = time.monotonic() + patience_s
+    while (name := _running(client)) is None:
+        if time.monotonic() > end:
+            raise Timeout(f"no operator has started a mission of this vehicle within {patience_s:g} s")
+        time.sleep(POLL_S)
+    with _flown(client, name) as planner:
+        yield planner
+
+
+def _running(client: Client) -> str | None:
+    try:
+        state = client.mission()
+    except Refused:
+        return None
+    return state.mission if state.phase == wire.Phase.RUNNING else None
+
+
+@contextmanager
+def _flown(client: Client, name: str) -> Iterator[RemotePlanner]:
     stream = client.mission_stream(name, on_rejected="collect")
     try:
         yield RemotePlanner(client, stream)
