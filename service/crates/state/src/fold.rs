@@ -228,7 +228,7 @@ impl Fold {
         if !self.group.additions.is_empty() {
             ahead.advance()?;
             converged = true;
-            if ahead.len().is_multiple_of(SETTLE_EVERY) && ahead.len() > self.smoother.len() {
+            if ahead.len() % SETTLE_EVERY == 0 && ahead.len() > self.smoother.len() {
                 converged = settle(&mut ahead)?;
             }
         }

@@ -115,4 +115,18 @@ mod tests {
         }
         assert!((progress.done_m - 45.0).abs() < 1e-9, "{}", progress.done_m);
     }
+
+    #[test]
+    fn a_detour_over_a_line_still_ahead_does_not_skip_to_it() {
+        let survey = lawn();
+        let mut progress = Progress::default();
+        for step in 0..=50 {
+            progress = survey.advance(progress, place(&survey, 0.5 * f64::from(step)));
+        }
+        let from = place(&survey, 25.0);
+        for step in (0..=4).chain((0..4).rev()) {
+            progress = survey.advance(progress, from + Vector3::new(0.0, 0.5 * f64::from(step), 0.0));
+        }
+        assert!((progress.done_m - 25.0).abs() < 1e-9, "{}", progress.done_m);
+    }
 }

@@ -68,3 +68,47 @@ impl Trail {
         self.followed.truncate(moved.nodes_before);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use pdn_planning::coverage::{Facet, FieldOfView};
+
+    fn floor() -> Trail {
+        let facet = Facet {
+            origin: Vector3::new(-3.0, -3.0, 1.5),
+            u: Vector3::y(),
+            v: Vector3::x(),
+            length_u_m: 6.0,
+            length_v_m: 6.0,
+        };
+        let view = FieldOfView { horizontal_rad: 0.98, vertical_rad: 0.77, max_range_m: 3.0 };
+        Trail::new(Coverage::new(&[facet], 0.1, view).expect("a plain floor"))
+    }
+
+    fn follow(trail: &mut Trail, poses: &[Pose]) -> Moved {
+        trail.follow(poses, |node| (node as u64, Pose::identity()))
+    }
+
+    /// Poses that differ by less than half a cell are told apart only by where the raster was before: if a step back left
+    /// anything, it would show in some of the places.
+    #[test]
+    fn a_step_back_leaves_nothing() {
+        for place in 0..20 {
+            let at = |offset_m: f64| Pose::translation(0.01 * f64::from(place) + offset_m, 0.0, 0.0);
+            let (mut straight, mut detour) = (floor(), floor());
+            for trail in [&mut straight, &mut detour] {
+                follow(trail, &[at(0.0)]);
+            }
+            let moved = follow(&mut detour, &[at(0.2), at(0.5)]);
+            assert_eq!(moved.cameras.len(), 2);
+            detour.step_back(moved);
+            assert_eq!(detour.coverage().facets(), straight.coverage().facets());
+            for trail in [&mut straight, &mut detour] {
+                follow(trail, &[at(0.03), at(0.53)]);
+            }
+            assert_eq!(detour.coverage().facets(), straight.coverage().facets());
+        }
+    }
+}

@@ -121,8 +121,3 @@ fn the_small_grid_reaches_its_optimum() {
 fn the_parking_garage_reaches_its_optimum() {
     compare("parking-garage");
 }
-
-#[test]
-fn the_sphere_reaches_its_optimum() {
-    compare("sphere2500");
-}
