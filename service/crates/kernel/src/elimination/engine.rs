@@ -177,6 +177,7 @@ impl Elimination {
         solution: &mut Solution,
         prune: f64,
     ) -> Result<Update, KernelError> {
+        solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let fronts = self.tree.refresh(&self.system, touched, &mut self.scratch)?;
         Ok(self.finish(&fronts, solution, prune))
     }
@@ -190,6 +191,7 @@ impl Elimination {
         solution: &mut Solution,
         prune: f64,
     ) -> Result<Update, KernelError> {
+        solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let mut fronts = self.tree.restructure(&self.system, touched, &mut self.scratch)?;
         let (nodes, flops) = self.ordered;
         let growth = (self.len() as f64 / nodes.max(1) as f64).powf(GROWTH);

@@ -32,6 +32,18 @@ impl Solution {
         self.values[node as usize] = Vector6::zeros();
     }
 
+    /// Before these fronts (parents before children) are dissolved or eliminated again: what moved above them and was
+    /// not told is told to their children, which may hang elsewhere afterwards.
+    pub(super) fn hand_down(&mut self, tree: &Tree, fronts: &[u32]) {
+        self.unseen.resize(tree.id_bound(), 0.0);
+        for &id in fronts {
+            let unseen = std::mem::take(&mut self.unseen[id as usize]);
+            for &child in &tree.front(id).shape.children {
+                self.unseen[child as usize] += unseen;
+            }
+        }
+    }
+
     /// Solves after an elimination of these fronts (parents before children), and below them wherever a
     /// separator has moved by more than `prune` in all since the front below it was last visited. Returns the nodes
     /// visited. Cost: the fronts visited and their children.
@@ -41,12 +53,12 @@ impl Solution {
             self.unseen[id as usize] = f64::INFINITY;
         }
         let mut visited: Vec<u32> = Vec::new();
-        let mut below: Vec<u32> = Vec::new();
+        let mut below: Vec<(u32, f64)> = Vec::new();
         for &id in eliminated {
-            self.visit(tree, id, prune, &mut visited, &mut below);
+            self.visit(tree, id, 0.0, prune, &mut visited, &mut below);
         }
-        while let Some(id) = below.pop() {
-            self.visit(tree, id, prune, &mut visited, &mut below);
+        while let Some((id, earlier)) = below.pop() {
+            self.visit(tree, id, earlier, prune, &mut visited, &mut below);
         }
         for &node in &visited {
             self.moved[node as usize] = 0.0;
@@ -54,7 +66,17 @@ impl Solution {
         visited
     }
 
-    fn visit(&mut self, tree: &Tree, id: u32, prune: f64, visited: &mut Vec<u32>, below: &mut Vec<u32>) {
+    /// `earlier` bounds how far the separator's values moved in passes that did not come here: the fronts below have not
+    /// been told.
+    fn visit(
+        &mut self,
+        tree: &Tree,
+        id: u32,
+        earlier: f64,
+        prune: f64,
+        visited: &mut Vec<u32>,
+        below: &mut Vec<(u32, f64)>,
+    ) {
         let front = tree.front(id);
         let shape = &front.shape;
         let frontal_rows = shape.frontal_rows();
@@ -71,23 +93,19 @@ impl Solution {
         }
         visited.extend_from_slice(&shape.frontal);
 
-        // A front whose separator is not visited in this pass knows only a bound on its movement.
-        let above = if self.unseen[id as usize].is_finite() {
-            self.unseen[id as usize]
-        } else {
-            shape.separator.iter().map(|&node| self.moved[node as usize]).fold(0.0, f64::max)
-        };
         self.unseen[id as usize] = 0.0;
         for &child in &shape.children {
             let unseen = &mut self.unseen[child as usize];
             if unseen.is_infinite() {
                 continue; // it was eliminated: its turn comes anyhow
             }
+            // What moved in this pass is known exactly, since all above was visited if it moved enough to matter.
             let separator = &tree.front(child).shape.separator;
-            let here = separator.iter().map(|&node| self.moved[node as usize]).fold(0.0, f64::max);
-            *unseen += here.max(above);
+            let now = separator.iter().map(|&node| self.moved[node as usize]).fold(0.0, f64::max);
+            let before = *unseen + earlier;
+            *unseen = before + now;
             if *unseen > prune {
-                below.push(child);
+                below.push((child, before));
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The tree of fronts: which parts stay and which are eliminated anew.
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 use super::assembly::{Assembly, NONE};
@@ -80,7 +81,7 @@ impl Tree {
         scratch: &mut TreeScratch,
     ) -> Result<Vec<u32>, KernelError> {
         let mut ids = self.upward(touched, scratch);
-        ids.sort_unstable_by_key(|&id| (self.front(id).shape.level, id));
+        ids.reverse();
         for &id in &ids {
             let shape = self.front(id).shape.clone();
             let children = shape.children.clone();
@@ -182,8 +183,8 @@ impl Tree {
         Ok(ids)
     }
 
-    /// The fronts of these nodes and everything above them, each once.
-    fn upward(&self, nodes: &[u32], scratch: &mut TreeScratch) -> Vec<u32> {
+    /// The fronts of these nodes and everything above them, each once, parents before children.
+    pub(super) fn upward(&self, nodes: &[u32], scratch: &mut TreeScratch) -> Vec<u32> {
         scratch.marked.resize(self.fronts.len(), false);
         let mut found = Vec::new();
         for &node in nodes {
@@ -197,6 +198,7 @@ impl Tree {
         for &id in &found {
             scratch.marked[id as usize] = false;
         }
+        found.sort_unstable_by_key(|&id| Reverse((self.front(id).shape.level, id)));
         found
     }
 }
