@@ -26,7 +26,11 @@ demo: build $(VENV)/.ready ## Fly the paper's hull by every policy and leave fig
 	$(call say,Flying hull40: open loop and exhaustive revisit and PDN with five weights)
 	$(PY) -m pdn.cli demo --daemon $(PDND) --out demo
 
-test: rust-lint build rust-test python-lint python-test ## Everything that a change must pass
+test: ## Everything that a change must pass
+	@$(MAKE) --no-print-directory rust-lint
+	@$(MAKE) --no-print-directory rust-test
+	@$(MAKE) --no-print-directory python-lint
+	@$(MAKE) --no-print-directory python-test
 	$(call say,All passed)
 
 setup: $(VENV)/.ready ## Make the Python environment in .venv
@@ -50,11 +54,12 @@ rust-lint:
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --workspace --all-targets -- -D warnings
 
-rust-test: $(VENV)/.ready
-	$(call say,Rust: tests)
+# Also builds target/release/pdnd, with the features that the tests' libraries share, so that nothing is built twice.
+rust-test:
+	$(call say,Rust: build and tests (the first time takes some minutes))
 	$(CARGO) test --release --locked --workspace
 	$(call say,The generated contract is what the types say)
-	$(CARGO) run --release --locked -q -p pdn-schemas -- generate --check
+	$(dir $(PDND))pdn-schemas generate --check
 
 python-lint: $(VENV)/.ready
 	$(call say,Python: format and lints and types)
@@ -62,7 +67,7 @@ python-lint: $(VENV)/.ready
 	$(VENV)/bin/ruff check client-py tests
 	cd client-py && ../$(VENV)/bin/mypy
 
-python-test: build $(VENV)/.ready
+python-test: $(VENV)/.ready
 	$(call say,Python and end-to-end tests)
 	cd client-py && ../$(PY) -m pytest -q -rs tests
 	cd tests && ../$(PY) -m pytest -q -rs

@@ -9,7 +9,7 @@ from pdn import wire
 
 from .asking import Asking
 
-Detail = Literal["brief", "full"]
+Detail = Literal["brief", "full", "choice"]
 
 
 class Questions(Asking):

@@ -130,7 +130,7 @@ class RemotePlanner:
 
     def decide(self) -> Advice:
         """See ``Planner``."""
-        decision = self._client.decision(after=self._seq, detail="full", mission=self._stream.mission)
+        decision = self._client.decision(after=self._seq, detail="choice", mission=self._stream.mission)
         action = decision.action
         exploring = decision.exploration.uncertainty
         if not isinstance(action, wire.Action.Revisit):

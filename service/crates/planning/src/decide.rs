@@ -16,7 +16,8 @@ use nalgebra::Vector3;
 ///
 /// The same snapshot and question give the same bits at any number of threads in `pool`. `stop` is asked before
 /// each candidate; once it says so the rest is listed in `not_evaluated`, and the choice is the best of what was
-/// evaluated. Without keyframes to revisit the decision is to explore.
+/// evaluated. Without keyframes to revisit the decision is to explore. A question for the choice alone has no
+/// candidates where exploring is certain.
 ///
 /// # Errors
 /// [`PlanningError::OutOfRange`] for an alpha outside [0, 1] or an allowance that is not positive;
@@ -31,7 +32,8 @@ pub fn decide(
     let robot = robot(snapshot)?;
     let exploration = scale.exploration(expect_exploration(snapshot)?)?; // eqs. 5 to 8, k = 0
 
-    let goals = goals(snapshot)?; // III.B
+    let certain = question.choice_only && exploration.uncertainty == 0.0;
+    let goals = if certain { Vec::new() } else { goals(snapshot)? }; // III.B
     let trips = goals.iter().zip(0..).map(|((_, route), index)| along_route(snapshot, route, index)); // III.C
     let trips = trips.collect::<Result<Vec<RoundTrip>, _>>()?;
     let beliefs = expect_all(snapshot, &trips, pool, stop)?; // eqs. 1 to 4
@@ -42,7 +44,8 @@ pub fn decide(
     let not_evaluated: Vec<u64> = unfinished.map(|((waypoint, _), _)| waypoint.keyframe).collect();
 
     let action = choose(&exploration, &candidates); // eq. 9
-    let reason = reason(snapshot, &action, &exploration, &candidates, waypoints(snapshot)?, &not_evaluated);
+    let waypoints = if certain { &[] } else { waypoints(snapshot)? };
+    let reason = reason(snapshot, &action, &exploration, &candidates, waypoints, &not_evaluated);
     Ok(Decision {
         robot,
         alpha: scale.alpha,

@@ -4,13 +4,16 @@ use crate::settings::Allowable;
 use nalgebra::Matrix6;
 use pdn_kernel::se3::Pose;
 
-/// What to change of the mission's settings for one question (a what-if); the default changes nothing.
+/// How a decision is asked for; the default is the mission's own, with every number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Question {
     /// Weight of the uncertainty, in [0, 1], instead of the mission's.
     pub alpha: Option<f64>,
     /// The allowance instead of the mission's.
     pub allowable: Option<Allowable>,
+    /// Evaluate no candidate where the choice is certain without: below the allowance U^0 is 0, so no reward can
+    /// exceed that of exploring [PDN12, eqs. 5 to 9].
+    pub choice_only: bool,
 }
 
 /// Explore or revisit, with every number behind it [PDN12, III].

@@ -18,6 +18,8 @@ pub struct DecisionRequest {
     pub what_if: WhatIf,
     /// Whether poses, links and the table of P_L come with it (`detail=full`).
     pub full: bool,
+    /// Whether candidates may be left out where exploring is certain without them (`detail=choice`).
+    pub choice_only: bool,
 }
 
 /// Assumptions of a question that changes nothing and is not counted: the weight and standard deviations of the

@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 /// Between settlings a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
 /// the whole graph by less costs one way to the root.
-const STREAM_TOLERANCE: f64 = 1e-3;
+const STREAM_TOLERANCE: f64 = 2e-2;
 
 /// Gauss-Newton steps that one group gets at most between settlings; what is left goes on with the next group.
 const STREAM_ITERATIONS: usize = 3;

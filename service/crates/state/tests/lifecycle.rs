@@ -82,7 +82,9 @@ fn events_come_until_the_end_and_decisions_only_while_running() {
         let begun = mission.begin_decision(DecisionRequest::default());
         assert_eq!(begun.is_ok(), mission.phase() == Phase::Running);
         let what_if = WhatIf { alpha: Some(0.5), ..WhatIf::default() };
-        mission.begin_decision(DecisionRequest { what_if, full: false }).expect("a what-if needs no phase");
+        mission
+            .begin_decision(DecisionRequest { what_if, full: false, ..Default::default() })
+            .expect("a what-if needs no phase");
     }
     vehicle.command(None, Operation::Abort, "", 5).expect("running missions can be aborted");
     let late = vehicle.offer(events[seq].clone());
@@ -146,7 +148,11 @@ fn a_small_mission_from_configuration_to_completion() {
     let mut revisits = 0;
     for number in 0..3 {
         let alpha = (number == 2).then_some(0.0);
-        let request = DecisionRequest { what_if: WhatIf { alpha, ..WhatIf::default() }, full: true };
+        let request = DecisionRequest {
+            what_if: WhatIf { alpha, ..WhatIf::default() },
+            full: true,
+            ..Default::default()
+        };
         let job = mission.begin_decision(request).expect("running");
         let outcome = job.run(&pool, &|| false).expect("a decision");
         let decision = mission.record(outcome);

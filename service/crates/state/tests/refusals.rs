@@ -316,7 +316,11 @@ fn questions_with_a_bad_assumption_or_path_are_refused() {
         ),
     ];
     for (what_if, code, place) in what_ifs {
-        let error = mission(&mut vehicle).begin_decision(DecisionRequest { what_if, full: false });
+        let error = mission(&mut vehicle).begin_decision(DecisionRequest {
+            what_if,
+            full: false,
+            ..Default::default()
+        });
         let error = error.err().unwrap_or_else(|| panic!("{what_if:?}"));
         assert!(error.code() == code && error.to_string().contains(place), "{error}");
     }

@@ -31,7 +31,7 @@ fn any_number_of_threads_gives_the_same_bits_on_a_survey_as_large_as_the_paper_s
 #[test]
 fn a_decision_is_the_equations_over_its_own_numbers() {
     let snapshot = Mission::survey(4, 30, 3).snapshot;
-    let question = Question { alpha: Some(0.4), allowable: Some(tight()) };
+    let question = Question { alpha: Some(0.4), allowable: Some(tight()), ..Question::default() };
     let decision = ask(&snapshot, &question, 1);
     let penalty = |uncertainty: f64, area: f64| 0.4 * uncertainty + 0.6 * area;
     let ratio = |covariance: &nalgebra::Matrix6<f64>| {
@@ -70,7 +70,7 @@ fn a_decision_is_the_equations_over_its_own_numbers() {
 #[test]
 fn a_what_if_changes_what_it_names_and_an_impossible_one_is_refused() {
     let snapshot = Mission::survey(4, 30, 3).snapshot;
-    let tightened = Question { alpha: None, allowable: Some(tight()) };
+    let tightened = Question { alpha: None, allowable: Some(tight()), ..Question::default() };
     let [plain, tightened] = [Question::default(), tightened].map(|question| ask(&snapshot, &question, 1));
     assert_eq!(plain.allowable, settings().allowable);
     let factor = ((settings().allowable.log_determinant() - tight().log_determinant()) / 6.0).exp();
@@ -80,7 +80,7 @@ fn a_what_if_changes_what_it_names_and_an_impossible_one_is_refused() {
     }
     assert!(matches!(tightened.action, Action::Revisit { .. }), "{}", tightened.reason);
     assert!(tightened.reason.starts_with("Revisit keyframe ") && tightened.reason.contains("alpha above"));
-    let careless = Question { alpha: Some(0.0), allowable: Some(tight()) };
+    let careless = Question { alpha: Some(0.0), allowable: Some(tight()), ..Question::default() };
     let decision = ask(&snapshot, &careless, 1);
     assert_eq!(decision.action, Action::Explore);
     assert!(decision.reason.contains("worth it only for alpha above"), "{}", decision.reason);
@@ -88,18 +88,34 @@ fn a_what_if_changes_what_it_names_and_an_impossible_one_is_refused() {
     let pool = pool(1);
     let refused = |question: Question| decide(&snapshot, &question, &pool, &|| false).unwrap_err();
     for alpha in [-0.1, 1.1, f64::NAN] {
-        let error = refused(Question { alpha: Some(alpha), allowable: None });
+        let error = refused(Question { alpha: Some(alpha), allowable: None, ..Question::default() });
         assert!(matches!(error, PlanningError::OutOfRange { name: "alpha", .. }));
     }
     let nothing = Allowable { depth_m: 0.0, ..tight() };
-    let error = refused(Question { alpha: None, allowable: Some(nothing) });
+    let error = refused(Question { alpha: None, allowable: Some(nothing), ..Question::default() });
     assert!(matches!(error, PlanningError::OutOfRange { .. }), "{error}");
+}
+
+#[test]
+fn the_choice_alone_is_the_same_choice() {
+    let snapshot = Mission::survey(4, 30, 3).snapshot;
+    let wide = Allowable { x_m: 5.0, y_m: 5.0, ..tight() };
+    for (allowable, certain) in [(tight(), false), (wide, true)] {
+        let whole = Question { allowable: Some(allowable), ..Question::default() };
+        let [whole, alone] =
+            [false, true].map(|choice_only| ask(&snapshot, &Question { choice_only, ..whole }, 1));
+        assert!(!whole.candidates.is_empty());
+        assert_eq!((alone.action, &alone.reason), (whole.action, &whole.reason));
+        assert_eq!(alone.exploration, whole.exploration);
+        assert!(alone.complete);
+        assert_eq!(alone.candidates, if certain { Vec::new() } else { whole.candidates });
+    }
 }
 
 #[test]
 fn a_stopped_decision_says_what_it_left_out_and_chooses_among_the_rest() {
     let snapshot = Mission::survey(4, 30, 3).snapshot;
-    let question = Question { alpha: None, allowable: Some(tight()) };
+    let question = Question { alpha: None, allowable: Some(tight()), ..Question::default() };
     let whole = ask(&snapshot, &question, 1);
     let goals = whole.candidates.len();
     for allowed in 0..goals {
@@ -128,7 +144,8 @@ fn without_a_place_to_revisit_the_reason_says_which_step_found_none() {
     let reason = |change: fn(&mut Snapshot)| {
         let mut snapshot = Mission::survey(4, 30, 3).snapshot;
         change(&mut snapshot);
-        let decision = ask(&snapshot, &Question { alpha: None, allowable: Some(tight()) }, 1);
+        let decision =
+            ask(&snapshot, &Question { alpha: None, allowable: Some(tight()), ..Question::default() }, 1);
         assert_eq!((decision.action, decision.candidates.len()), (Action::Explore, 0));
         assert!(decision.complete);
         decision.reason

@@ -1,7 +1,7 @@
 //! Questions on their way in: assumptions, and paths that a person drew.
 
 use super::shapes::{bounded, invalid, point, positive, share};
-use crate::answer::WhatIf;
+use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;
 use crate::limits::Limits;
 use pdn_planning::{Allowable, Question};
@@ -23,8 +23,9 @@ pub fn check_what_if(what_if: &WhatIf) -> Result<(), StateError> {
         .try_for_each(|(name, sigma)| sigma.map_or(Ok(0.0), |sigma| positive(name, sigma)).map(drop))
 }
 
-/// What to assume instead of the mission's settings.
-pub fn question(what_if: &WhatIf, allowable: &Allowable) -> Question {
+/// What is asked for, and what to assume instead of the mission's settings.
+pub fn question(request: &DecisionRequest, allowable: &Allowable) -> Question {
+    let what_if = &request.what_if;
     let sigma_tilt_rad = what_if.sigma_tilt_deg.map(f64::to_radians);
     let assumed = Allowable {
         x_m: what_if.sigma_xy_m.unwrap_or(allowable.x_m),
@@ -34,7 +35,8 @@ pub fn question(what_if: &WhatIf, allowable: &Allowable) -> Question {
         pitch_rad: sigma_tilt_rad.unwrap_or(allowable.pitch_rad),
         heading_rad: what_if.sigma_heading_deg.map_or(allowable.heading_rad, f64::to_radians),
     };
-    Question { alpha: what_if.alpha, allowable: (assumed != *allowable).then_some(assumed) }
+    let allowable = (assumed != *allowable).then_some(assumed);
+    Question { alpha: what_if.alpha, allowable, choice_only: request.choice_only }
 }
 
 /// Refuses paths that are none, or too many.

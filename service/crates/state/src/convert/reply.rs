@@ -40,8 +40,7 @@ pub fn decide(
     pool: &ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Decision, StateError> {
-    let decided =
-        source.view.decide(&question(&request.what_if, &source.view.settings().allowable), pool, stop)?;
+    let decided = source.view.decide(&question(request, &source.view.settings().allowable), pool, stop)?;
     let table = || link_model(source.mission.clone(), source.graph_seq, source.view.link_model());
     Ok(Decision {
         mission: source.mission.clone(),
@@ -83,7 +82,7 @@ pub fn evaluate(
     pool: &ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<EvaluateReply, StateError> {
-    let assumed = question(&request.what_if, &source.view.settings().allowable);
+    let assumed = question(request, &source.view.settings().allowable);
     let paths: Vec<Vec<Vector3<f64>>> =
         paths.iter().map(|path| path.iter().map(|point| Vector3::from(*point)).collect()).collect();
     let evaluated = source.view.evaluate(&assumed, &paths, pool, stop)?;
