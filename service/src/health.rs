@@ -1,23 +1,15 @@
 //! Is a daemon ready? Asked from outside, through the network, as its clients would.
 
-use pdn_schemas::keys::every_vehicle;
-use pdn_schemas::topics::Topic;
-use pdn_transport::session::{self, SessionError};
+use pdn_transport::session::{self, Config, SessionError};
 use std::time::Duration;
 
 /// Whether a daemon declares that it is ready behind the router that the configuration connects to.
 ///
 /// # Errors
 /// There is no router.
-pub async fn is_ready(config: zenoh::Config, timeout: Duration) -> Result<bool, SessionError> {
+pub async fn is_ready(config: Config, timeout: Duration) -> Result<bool, SessionError> {
     let session = session::open(config, timeout).await?;
-    let ready = match session.liveliness().get(every_vehicle(Topic::AlivePlanner)).timeout(timeout).await {
-        Ok(replies) => match tokio::time::timeout(timeout, replies.recv_async()).await {
-            Ok(Ok(reply)) => reply.into_result().is_ok(),
-            Ok(Err(_)) | Err(_) => false,
-        },
-        Err(_) => false,
-    };
+    let ready = session::finds_ready(&session, timeout).await;
     session::close(&session, timeout).await;
     Ok(ready)
 }

@@ -4,21 +4,17 @@ use crate::planner::Planner;
 use crate::settings::{Settings, count};
 use crate::telemetry::Sparing;
 use crate::vehicle::{self, Owner};
-use pdn_schemas::codec::{self, Format};
 use pdn_schemas::ids::VehicleId;
-use pdn_schemas::keys::key;
 use pdn_schemas::problem::{Code, Problem};
-use pdn_schemas::topics::Topic;
 use pdn_state::Vehicle;
 use pdn_transport::directory::{Directory, Knock, unknown_vehicle};
 use pdn_transport::inbox::{InboxBounds, inbox};
 use pdn_transport::message::{Incoming, Question};
-use pdn_transport::outgoing::Outgoing;
+use pdn_transport::outgoing::{self, Outgoing};
+use pdn_transport::session::Session;
 use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::{mpsc, oneshot};
-use zenoh::Session;
-use zenoh::bytes::Encoding;
 
 /// Makes vehicles, and answers for those that are none.
 pub struct Lobby {
@@ -114,10 +110,7 @@ impl Lobby {
             let lost = self.directory.lost_knocks();
             tracing::warn!(%vehicle, code = problem.code, message = problem.message, left_out, lost, "event refused");
         }
-        let bytes = codec::encode(problem, Format::Json).unwrap_or_default();
-        let put =
-            self.session.put(key(vehicle, Topic::OutRejected), bytes).encoding(Encoding::APPLICATION_JSON);
-        if let Err(error) = put.await {
+        if let Err(error) = outgoing::reject(&self.session, vehicle, problem).await {
             tracing::warn!(%vehicle, %error, "a refusal could not be published");
         }
     }

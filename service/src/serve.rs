@@ -6,7 +6,7 @@ use crate::planner::Planner;
 use crate::settings::Settings;
 use pdn_transport::directory::Directory;
 use pdn_transport::intake::{Intake, declare_ready};
-use pdn_transport::session::{self, SessionError};
+use pdn_transport::session::{self, Config, SessionError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -19,7 +19,7 @@ const LOBBY_MESSAGES: usize = 256;
 const LEAVE: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished within `drain_ms`.
-pub async fn serve(settings: &Settings, zenoh: zenoh::Config) -> Result<bool, SessionError> {
+pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionError> {
     let mut signals = Signals::new()?;
     let planner = Planner::new(settings.planner_threads()).map_err(|error| internal("planner", &error))?;
     let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;

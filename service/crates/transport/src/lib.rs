@@ -20,5 +20,3 @@ pub mod intake;
 
 pub mod answer;
 pub mod outgoing;
-
-pub use zenoh::Session;

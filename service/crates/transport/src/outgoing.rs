@@ -90,6 +90,15 @@ impl Outgoing {
     }
 }
 
+/// Publishes a refusal on behalf of a vehicle that is not known, and so has no thread that sends. Nobody waits: what
+/// was refused was not acknowledged either, and is sent again.
+pub async fn reject(session: &Session, vehicle: &VehicleId, problem: &Problem) -> Result<(), SessionError> {
+    let key = key(vehicle, Topic::OutRejected);
+    let bytes = codec::encode(problem, Format::Json).unwrap_or_default();
+    let put = session.put(key.clone(), bytes).encoding(Encoding::APPLICATION_JSON).await;
+    put.map_err(|cause| SessionError::Declare { key, cause: cause.to_string() })
+}
+
 /// Whether the next publication of the topic says all that this one does.
 fn is_superseded(topic: Topic) -> bool {
     matches!(topic, Topic::OutAck | Topic::OutState)

@@ -1,10 +1,14 @@
 //! The Zenoh session: its configuration, checked before the network is touched, opening and closing.
 
+use pdn_schemas::keys::every_vehicle;
+use pdn_schemas::topics::Topic;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use zenoh::Session;
-use zenoh::config::{Config, EndPoint};
+use zenoh::config::EndPoint;
+
+pub use zenoh::Session;
+pub use zenoh::config::Config;
 
 /// The built-in configuration, which a file can be laid over.
 pub const BUILT_IN: &str = include_str!("../../../../deploy/zenoh.json5");
@@ -87,10 +91,10 @@ pub enum SessionError {
         /// How long it was given.
         timeout: Duration,
     },
-    /// A declaration was refused.
-    #[error("cannot declare {key}: {cause}")]
+    /// Zenoh, or the system, refused something that the service needs.
+    #[error("cannot use {key}: {cause}")]
     Declare {
-        /// The key.
+        /// The key, or what else was needed.
         key: String,
         /// What Zenoh says.
         cause: String,
@@ -160,6 +164,15 @@ pub async fn open(config: Config, timeout: Duration) -> Result<Session, SessionE
     } else {
         SessionError::Open { endpoints: listen, cause: error }
     })
+}
+
+/// Whether a daemon on the network of this session declares that it is ready, for whichever vehicle.
+pub async fn finds_ready(session: &Session, timeout: Duration) -> bool {
+    let Ok(replies) = session.liveliness().get(every_vehicle(Topic::AlivePlanner)).timeout(timeout).await
+    else {
+        return false;
+    };
+    matches!(tokio::time::timeout(timeout, replies.recv_async()).await, Ok(Ok(reply)) if reply.result().is_ok())
 }
 
 /// Closes the session; false if that took longer than `timeout`.
