@@ -35,7 +35,7 @@ pub enum Outcome {
     /// To be recorded by the vehicle's thread before it is told.
     Decision(Box<DecisionOutcome>),
     /// The reply.
-    Evaluate(EvaluateReply),
+    Evaluate(Box<EvaluateReply>),
     /// The reply.
     Graph(GraphReply),
     /// The reply.
@@ -83,17 +83,21 @@ impl Planner {
                 let now = Instant::now();
                 deadline.is_some_and(|deadline| now >= deadline) || stop_at.get().is_some_and(|&at| now >= at)
             };
-            let outcome = catch_unwind(AssertUnwindSafe(|| job.run(&pool, &stop)));
-            let outcome = match outcome {
-                Ok(outcome) => outcome.map_err(|error| error.problem(None)),
-                Err(_) => Err(Problem::new(
-                    Code::Internal,
-                    "computing the answer failed; the mission goes on; please report this with the service's log",
-                    None,
-                )),
-            };
+            let outcome = guarded(|| job.run(&pool, &stop));
             done(Computed { outcome, began, ended: Instant::now() });
         });
+    }
+}
+
+/// A fault becomes a problem of the question; the job owns all that it changes, so nothing is left half done.
+fn guarded(run: impl FnOnce() -> Result<Outcome, StateError>) -> Result<Outcome, Problem> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(outcome) => outcome.map_err(|error| error.problem(None)),
+        Err(_) => {
+            let message =
+                "computing the answer failed; the mission goes on; please report this with the service's log";
+            Err(Problem::new(Code::Internal, message, None))
+        }
     }
 }
 
@@ -103,9 +107,22 @@ impl Job {
             // A decision that is stopped before it begins still has an answer: what is left is exploring.
             Job::Decision(job) => job.run(pool, stop).map(|outcome| Outcome::Decision(Box::new(outcome))),
             _ if stop() => Err(StateError::Stopped),
-            Job::Evaluate(job) => job.run(pool, stop).map(Outcome::Evaluate),
+            Job::Evaluate(job) => job.run(pool, stop).map(|reply| Outcome::Evaluate(Box::new(reply))),
             Job::Graph(job) => job.run().map(Outcome::Graph),
             Job::Waypoints(job) => job.run().map(Outcome::Waypoints),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_in_a_job_is_a_problem_of_its_question() {
+        let problem = guarded(|| panic!("a fault on purpose")).err().expect("no outcome");
+        assert_eq!(problem.code, "internal");
+        let refused = guarded(|| Err(StateError::Stopped)).err().expect("no outcome");
+        assert_eq!(refused.code, "deadline");
     }
 }

@@ -17,7 +17,7 @@ impl Owner {
             Ok(Outcome::Decision(outcome)) => self.conclude_decision(asked, *outcome, timing),
             Ok(Outcome::Evaluate(mut reply)) => {
                 reply.timing = timing;
-                self.outgoing.answer(asked.answer, Ok(reply));
+                self.outgoing.answer(asked.answer, Ok(*reply));
             }
             Ok(Outcome::Graph(reply)) => self.outgoing.answer(asked.answer, Ok(reply)),
             Ok(Outcome::Waypoints(reply)) => self.outgoing.answer(asked.answer, Ok(reply)),
