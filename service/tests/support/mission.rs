@@ -4,13 +4,13 @@ use super::Client;
 use pdn_schemas::reply::Problem;
 use serde_json::{Value, json};
 
-/// A mission's configuration; a prior factor is not needed.
+/// A mission's configuration: a floor that is seen from above, and a prior on the first keyframe.
 pub fn configuration(mission: &str) -> Value {
     json!({
         "mission": mission,
         "target": { "facets": [{
-            "origin": [-2.0, -2.0, 12.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0],
-            "length_u_m": 20.0, "length_v_m": 4.0,
+            "origin": [-2.0, -2.0, 12.0], "u": [0.0, 1.0, 0.0], "v": [1.0, 0.0, 0.0],
+            "length_u_m": 4.0, "length_v_m": 20.0,
         }] },
         "cell_m": 0.2,
     })
