@@ -196,6 +196,7 @@ fn read(question: &Question, named: &Named) -> Result<What, Problem> {
 }
 
 fn request(named: &Named) -> Result<DecisionRequest, Problem> {
+    let detail = named.one_of("detail", &["brief", "full", "choice"])?;
     Ok(DecisionRequest {
         what_if: WhatIf {
             alpha: named.number("alpha")?,
@@ -204,7 +205,8 @@ fn request(named: &Named) -> Result<DecisionRequest, Problem> {
             sigma_tilt_deg: named.number("sigma_tilt_deg")?,
             sigma_heading_deg: named.number("sigma_heading_deg")?,
         },
-        full: named.one_of("detail", &["brief", "full"])? == Some("full"),
+        full: matches!(detail, Some("full" | "choice")),
+        choice_only: detail == Some("choice"),
     })
 }
 

@@ -123,7 +123,7 @@ mod tests {
             named.whole("after")?;
             named.whole("deadline_ms")?;
             named.number("alpha")?;
-            named.one_of("detail", &["brief", "full"])?;
+            named.one_of("detail", &["brief", "full", "choice"])?;
             Ok(())
         };
         named.and_then(read).expect_err(text)
@@ -154,7 +154,7 @@ mod tests {
             ("alpha=inf", "finite"),
             ("alpha=NaN", "finite"),
             ("alpha=half", "half"),
-            ("detail=everything", "brief or full"),
+            ("detail=everything", "brief or full or choice"),
             ("encoding=xml", "json or bincode"),
             ("deadline_ms=0.5", "deadline_ms"),
         ] {
