@@ -26,7 +26,7 @@ def results(daemon: Daemon, tmp_path_factory: pytest.TempPathFactory) -> dict[Fl
     return dict(zip(flights, flown, strict=True))
 
 
-@pytest.mark.timeout(1500)
+@pytest.mark.timeout(2400)
 def test_pdn_needs_few_revisits_and_keeps_the_allowance(results: dict[Flight, Result]) -> None:
     assert results[Flight("exhaustive", 1.0, 1)].revisits == 12
     for seed in SEEDS:

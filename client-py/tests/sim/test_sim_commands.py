@@ -47,7 +47,7 @@ def test_scenarios_are_listed() -> None:
         (["sim"], "name a scenario"),
         (["sim", "hull41"], "known are gunnerus, hull40, seafloor"),
         (["sim", "hull40", "--policy", "lucky"], "none of open-loop, exhaustive, pdn"),
-        (["sim", "hull40", "--alpha", "1.5"], "0.0<=x<=1.0"),
+        (["sim", "hull40", "--alpha", "1.5"], "less than or equal to 1"),
         (["plot", "nothing.json"], "there is no run file nothing.json"),
         (["plot", "nothing.json", "--figure", "7"], "none of 5, 6, mission"),
         (["demo", "--daemon", "nowhere/pdnd"], "there is no daemon"),
