@@ -13,13 +13,18 @@ fn a_question_waits_for_its_event_and_holds_up_nobody() {
     mission::fly(&client, "hull", "m1", 0..10);
     let last = mission::last_seq(12);
     let waits = client.begin(&format!("pdn/hull/v1/rpc/decision?after={last}"), None);
-    // Answered while the other waits.
+    let next = mission::last_seq(10) + 1;
+    let waits_for_the_next = client.begin(&format!("pdn/hull/v1/rpc/mission?after={next}"), None);
+    // Answered while the others wait.
     let early = client.ask("pdn/hull/v1/rpc/decision", None).unwrap();
     assert_eq!(early["graph_seq"], mission::last_seq(10) + 1);
     mission::fly(&client, "hull", "m1", 10..12);
     let (bytes, _) = waits.wait().unwrap();
     let decision: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
     assert_eq!(decision["graph_seq"], last + 1);
+    let (bytes, _) = waits_for_the_next.wait().unwrap();
+    let state: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    assert!(state["next_seq"].as_u64() > Some(next), "{}", state["next_seq"]);
     assert_eq!(
         client.ask(&format!("pdn/hull/v1/rpc/mission?after={last}"), None).unwrap()["next_seq"],
         last + 1
