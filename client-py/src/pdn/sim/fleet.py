@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing
-import queue
 import sys
 from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import cast
 
 from pdn.sim.record import Result
-
-if TYPE_CHECKING:
-    from multiprocessing.queues import Queue
-
-    # Name of a flight, keyframes of the survey flown, of how many.
-    News = Queue[tuple[str, int, int]]
 
 
 @dataclass(frozen=True)
@@ -36,47 +31,76 @@ class Flight:
 def fly_all(
     flights: list[Flight], scenario: str, endpoint: str, folder: Path, jobs: int, *, visible: bool
 ) -> list[Result]:
-    """Fly all, ``jobs`` at a time; leaves a run file for each in the folder. The first failure ends the
-    others.
+    """Fly all, ``jobs`` at a time; leaves a run file for each in the folder. The first failure, or the end of
+    a process without a word, ends the others.
 
     A process holds one session with the daemon, so each flight has a fresh one.
     """
     context = multiprocessing.get_context("spawn")
-    news: News = context.Queue()
-    with (
-        _Bars(flights, visible) as bars,
-        context.Pool(min(jobs, len(flights)), _begin, (news,), maxtasksperchild=1) as pool,
-    ):
-        pending = [
-            pool.apply_async(_fly, (flight, scenario, endpoint, folder / f"{flight.name}.json"))
-            for flight in flights
-        ]
-        while not all(job.ready() for job in pending):
-            bars.drain(news)
-            for job in pending:
-                if job.ready():
-                    job.get()
-        bars.drain(news)
-        return [job.get() for job in pending]
+    waiting = list(reversed(flights))
+    flying: dict[Connection, tuple[Flight, SpawnProcess]] = {}
+    results: dict[Flight, Result] = {}
+    with _Bars(flights, visible) as bars:
+        try:
+            while waiting or flying:
+                while waiting and len(flying) < jobs:
+                    flight = waiting.pop()
+                    heard, says = context.Pipe(duplex=False)
+                    file = folder / f"{flight.name}.json"
+                    process = context.Process(target=_fly, args=(flight, scenario, endpoint, file, says))
+                    process.start()
+                    says.close()  # so that the end of the process is the end of the pipe
+                    flying[heard] = (flight, process)
+                for ready in wait(list(flying)):
+                    heard = cast("Connection", ready)
+                    flight, process = flying[heard]
+                    result = _hear(heard, flight, process, bars)
+                    if result is not None:
+                        results[flight] = result
+                        process.join()
+                        del flying[heard]
+        finally:
+            for _, process in flying.values():
+                process.terminate()
+                process.join()
+    return [results[flight] for flight in flights]
 
 
-_news: News | None = None
+def _hear(heard: Connection, flight: Flight, process: SpawnProcess, bars: _Bars) -> Result | None:
+    """The next word of a flight: its result, or none while it reports progress."""
+    try:
+        word = heard.recv()
+    except EOFError:
+        process.join()
+        raise RuntimeError(f"the flight {flight.name} ended with code {process.exitcode}") from None
+    if isinstance(word, BaseException):
+        raise word
+    if isinstance(word, Result):
+        return word
+    done, total = word
+    bars.show(flight.name, done, total)
+    return None
 
 
-def _begin(news: News) -> None:
-    global _news
-    _news = news
+def _fly(flight: Flight, scenario: str, endpoint: str, out: Path, says: Connection) -> None:
+    try:
+        says.send(_flown(flight, scenario, endpoint, out, says))
+    except Exception as error:
+        try:
+            says.send(error)
+        except Exception:  # an error that cannot cross to another process is told in words
+            says.send(RuntimeError(f"{type(error).__name__}: {error}"))
 
 
-def _fly(flight: Flight, scenario: str, endpoint: str, out: Path) -> Result:
+def _flown(flight: Flight, scenario: str, endpoint: str, out: Path, says: Connection) -> Result:
     import pdn.client
     from pdn.sim import flight as flying
     from pdn.sim import record, remote
     from pdn.sim.scenario_file import load
 
     def progress(done: int, total: int) -> None:
-        if _news is not None and (done % 20 == 0 or done == total):
-            _news.put((flight.name, done, total))
+        if done % 20 == 0 or done == total:
+            says.send((done, total))
 
     loaded = load(scenario)
     with (
@@ -108,15 +132,10 @@ class _Bars:
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
 
-    def drain(self, news: News) -> None:
-        """Show what has come, until nothing has come for a fifth of a second."""
-        try:
-            while True:
-                name, done, total = news.get(timeout=0.2)
-                task = self._tasks[name]
-                self._bar.start_task(task)
-                self._bar.update(task, completed=done, total=total)
-                if self._lines and done == total:
-                    print(f"{name}: {total} keyframes of the survey flown", file=sys.stderr)
-        except queue.Empty:
-            return
+    def show(self, name: str, done: int, total: int) -> None:
+        """How far a flight is."""
+        task = self._tasks[name]
+        self._bar.start_task(task)
+        self._bar.update(task, completed=done, total=total)
+        if self._lines and done == total:
+            print(f"{name}: {total} keyframes of the survey flown", file=sys.stderr)
