@@ -7,7 +7,7 @@ from pdn.sim.fleet import Flight, fly_all
 from pdn.sim.record import Result
 from scipy.stats import chi2
 
-from conftest import Daemon
+from conftest import start_daemon
 
 SEEDS = range(1, 7)
 ALPHAS = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -17,12 +17,16 @@ ONE_STEPS_GROWTH = 0.05
 
 
 @pytest.fixture(scope="module")
-def results(daemon: Daemon, tmp_path_factory: pytest.TempPathFactory) -> dict[Flight, Result]:
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[Flight, Result]:
     """Open loop and PDN with alpha 1 over all seeds; exhaustive revisit and the other weights with the first."""
     flights = [Flight(policy, 1.0, seed) for seed in SEEDS for policy in ("pdn", "open-loop")]
     flights += [Flight("exhaustive", 1.0, 1), *(Flight("pdn", alpha, 1) for alpha in ALPHAS[1:])]
     folder: Path = tmp_path_factory.mktemp("runs")
-    flown = fly_all(flights, "hull40", daemon.endpoint, folder, 2, visible=False)
+    daemon = start_daemon(folder, "--set", f"max_vehicles={len(flights)}")
+    try:
+        flown = fly_all(flights, "hull40", daemon.endpoint, folder, 2, visible=False)
+    finally:
+        daemon.stop()
     return dict(zip(flights, flown, strict=True))
 
 

@@ -23,6 +23,9 @@ import typer
 ALPHAS = (1.0, 0.75, 0.5, 0.25, 0.0)
 
 READY_WITHIN_S = 20.0
+MOST_FLIGHTS = 256
+"""Each flight is a vehicle of its own; a daemon takes no more."""
+
 STOP_WITHIN_S = 15.0
 """The daemon drains within this or is killed."""
 
@@ -143,6 +146,7 @@ def running_daemon(program: Path, log: Path) -> Iterator[str]:
     endpoint = f"tcp/127.0.0.1:{port}"
     with tempfile.TemporaryDirectory(prefix="pdn-demo-") as state, log.open("wb") as lines:
         command = [str(program), "--listen", endpoint, "--state-dir", state]
+        command += ["--set", f"max_vehicles={MOST_FLIGHTS}"]
         process = subprocess.Popen(command, stdout=lines, stderr=lines)
         try:
             _wait_until_it_listens(process, port, log)

@@ -88,6 +88,9 @@ class Refused(PdnError):
         self.message = message
         self.seq = seq
 
+    def __reduce__(self) -> tuple[type[Refused], tuple[str, str, int | None]]:
+        return type(self), (self.code, self.message, self.seq)
+
     def __str__(self) -> str:
         where = "" if self.seq is None else f" (event {self.seq})"
         return f"{self.message} [{self.code}]{where}"
