@@ -33,7 +33,7 @@ fn solution_and_marginals_equal_the_dense_inverse() {
             let greatest = expected.amax();
             assert!((found - wanted).amax() <= TOLERANCE * greatest, "{what}, node {node}");
         }
-        for (node, found) in elimination.marginals().expect(&what).iter().enumerate() {
+        for (node, found) in elimination.marginals().iter().enumerate() {
             let wanted = block(&covariance, node, node);
             let difference = scaled_difference(found, &wanted);
             assert!(difference <= TOLERANCE, "{what}, node {node}: {difference:e}");
@@ -51,6 +51,8 @@ fn expected_covariances_equal_the_dense_inverse() {
         let elimination = Elimination::of(system).expect(&what);
         for (count, links) in [(1, 0), (1, 2), (2, 1), (9, 0), (9, 3), (9, 40), (30, 12)] {
             let path = random_path(elimination.len(), count, links, random);
+            let robot = elimination.marginal(path.robot).expect(&what);
+            let together = elimination.expected_covariances(&path, &robot, &mut workspace).expect(&what);
             for weight in [LinkWeight::Expected, LinkWeight::All, LinkWeight::None] {
                 let what = format!("{what}, {count} virtual nodes, {links} links, {weight:?}");
                 let covariance = inverse(dense_with_path(elimination.system(), &path, weight));
@@ -64,6 +66,18 @@ fn expected_covariances_equal_the_dense_inverse() {
                 let last = elimination.len() + count - 1;
                 let difference = scaled_difference(&terminal, &block(&covariance, last, last));
                 assert!(difference <= TOLERANCE, "{what}: {difference:e}");
+                let of_all = match weight {
+                    LinkWeight::Expected => &together.terminal,
+                    LinkWeight::All => &together.terminal_all_links,
+                    LinkWeight::None => &together.terminal_no_links,
+                };
+                let difference = scaled_difference(of_all, &block(&covariance, last, last));
+                assert!(difference <= TOLERANCE, "{what}, all at once: {difference:e}");
+                if weight == LinkWeight::Expected {
+                    for (one, other) in together.along.iter().zip(&found.along) {
+                        assert!(scaled_difference(one, other) <= TOLERANCE, "{what}, all at once");
+                    }
+                }
                 assert_eq!(found.along.len(), count);
                 for (index, found) in found.along.iter().enumerate() {
                     let at = elimination.len() + index;
@@ -79,11 +93,11 @@ fn expected_covariances_equal_the_dense_inverse() {
 fn an_elimination_is_the_same_after_a_candidate() {
     let mut random = Random::new(1);
     let elimination = Elimination::of(random_system(2, 100, &mut random)).expect("anchored");
-    let before = elimination.marginals().expect("anchored");
+    let before = elimination.marginals();
     let path = random_path(100, 20, 10, &mut random);
     let mut workspace = Workspace::default();
     let first = elimination.expected_covariance(&path, LinkWeight::Expected, true, &mut workspace);
-    assert_eq!(elimination.marginals().expect("anchored"), before);
+    assert_eq!(elimination.marginals(), before);
     // A used workspace gives the same bits as a new one.
     let again = elimination.expected_covariance(&path, LinkWeight::Expected, true, &mut Workspace::default());
     assert_eq!(first, again);
@@ -165,7 +179,7 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
         let mut random = Random::new(6);
         let nodes = 100_000;
         let elimination = Elimination::of(random_system(0, nodes, &mut random)).expect("anchored");
-        let marginals = elimination.marginals().expect("anchored");
+        let marginals = elimination.marginals();
         let last = elimination.marginal(Node(nodes as u32 - 1)).expect("anchored");
         assert!(scaled_difference(&marginals[nodes - 1], &last) < TOLERANCE);
         assert_eq!(elimination.solve().len(), nodes);
@@ -173,7 +187,7 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
         let found = elimination.expected_covariance(&path, LinkWeight::All, true, &mut Workspace::default());
         assert_eq!(found.expect("anchored").along.len(), 20);
         // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves' own paths.
-        assert!(elimination.statistics().height < 80, "{:?}", elimination.statistics());
+        assert!(elimination.statistics().height < 150, "{:?}", elimination.statistics());
     };
     std::thread::Builder::new()
         .stack_size(256 * 1024)

@@ -125,7 +125,7 @@ impl Marginals<'_> {
         Ok(if needed * FEW < snapshot.keyframes.len() {
             Marginals::Single(snapshot)
         } else {
-            Marginals::All(snapshot.elimination.marginals()?)
+            Marginals::All(snapshot.elimination.marginals())
         })
     }
 

@@ -2,7 +2,8 @@
 
 use nalgebra::Matrix6;
 
-use super::dense::{self, BadPivot, DenseScratch};
+use super::dense::{self, BadPivot};
+use super::packed;
 use super::system::BlockSystem;
 
 pub(super) const NONE: u32 = u32::MAX;
@@ -14,12 +15,15 @@ pub(crate) struct Assembly {
     place: Vec<u32>,
     ids: Vec<u32>,
     frontal: usize,
-    /// Column-major, lower triangle valid.
+    /// Scalars from one column to the next.
+    leading: usize,
+    /// Column-major; only the lower triangle is meant.
     matrix: Vec<f64>,
     right: Vec<f64>,
     /// Diagonal of the frontal rows before any elimination.
     original: Vec<f64>,
-    scratch: DenseScratch,
+    /// Scratch: the places of a child's ids here.
+    places: Vec<u32>,
 }
 
 impl Assembly {
@@ -38,13 +42,23 @@ impl Assembly {
             self.place[id as usize] = place as u32;
         }
         self.frontal = frontal;
-        let rows = self.rows();
-        self.matrix.clear();
-        self.matrix.resize(rows * rows, 0.0);
+        self.leading = dense::leading(self.rows());
+        self.clear();
+    }
+
+    /// Sets everything to zero that is meant.
+    fn clear(&mut self) {
+        let (rows, leading) = (self.rows(), self.leading);
+        if self.matrix.len() < rows * leading {
+            self.matrix.resize(rows * leading, 0.0);
+        }
+        for (column, entries) in self.matrix[..rows * leading].chunks_exact_mut(leading).enumerate() {
+            entries[column..].fill(0.0);
+        }
         self.right.clear();
-        self.right.resize(rows, 0.0);
+        self.right.resize(leading, 0.0);
         self.original.clear();
-        self.original.resize(6 * frontal, 0.0);
+        self.original.resize(6 * self.frontal, 0.0);
     }
 
     /// Scalar rows of the front.
@@ -94,63 +108,43 @@ impl Assembly {
     /// Adds original information of one node.
     pub(super) fn add_diagonal(&mut self, id: u32, block: &Matrix6<f64>) {
         let start = 6 * self.place[id as usize] as usize;
-        let rows = self.rows();
-        for column in 0..6 {
+        let columns = &mut self.matrix[start * self.leading..];
+        for (column, target) in columns.chunks_exact_mut(self.leading).take(6).enumerate() {
             for row in column..6 {
-                self.matrix[(start + column) * rows + start + row] += block[(row, column)];
+                target[start + row] += block[(row, column)];
             }
-            if let Some(original) = self.original.get_mut(start + column) {
-                *original += block[(column, column)];
+        }
+        if let Some(original) = self.original.get_mut(start..start + 6) {
+            for (axis, original) in original.iter_mut().enumerate() {
+                *original += block[(axis, axis)];
             }
         }
     }
 
     /// Adds a block with the rows of one node and the columns of another.
     pub(super) fn add_cross(&mut self, of_rows: u32, of_columns: u32, block: &Matrix6<f64>) {
-        let (row_place, column_place) =
-            (self.place[of_rows as usize] as usize, self.place[of_columns as usize] as usize);
-        let rows = self.rows();
-        for column in 0..6 {
-            for row in 0..6 {
-                let index = if row_place > column_place {
-                    (6 * column_place + column) * rows + 6 * row_place + row
-                } else {
-                    (6 * row_place + row) * rows + 6 * column_place + column
-                };
-                self.matrix[index] += block[(row, column)];
+        let row = 6 * self.place[of_rows as usize] as usize;
+        let column = 6 * self.place[of_columns as usize] as usize;
+        let start = row.min(column);
+        let columns = &mut self.matrix[start * self.leading..];
+        for (offset, target) in columns.chunks_exact_mut(self.leading).take(6).enumerate() {
+            if row > column {
+                for (target, value) in target[row..row + 6].iter_mut().zip(block.column(offset).iter()) {
+                    *target += value;
+                }
+            } else {
+                for (at, target) in target[column..column + 6].iter_mut().enumerate() {
+                    *target += block[(offset, at)];
+                }
             }
         }
     }
 
-    /// Adds a child's update matrix (column-major, lower triangle valid), whose block rows have these ids.
+    /// Adds a child's packed update matrix, whose block rows have these ids.
     pub(super) fn add_update(&mut self, ids: &[u32], update: &[f64]) {
-        let rows = self.rows();
-        let height = 6 * ids.len();
-        for (from_column, column_id) in ids.iter().enumerate() {
-            let to_column = self.place[*column_id as usize] as usize;
-            for (offset, row_id) in ids[from_column..].iter().enumerate() {
-                let from_row = from_column + offset;
-                let to_row = self.place[*row_id as usize] as usize;
-                if to_row >= to_column {
-                    for column in 0..6 {
-                        let from = (6 * from_column + column) * height + 6 * from_row;
-                        let to = (6 * to_column + column) * rows + 6 * to_row;
-                        // Above the diagonal of a diagonal block nothing is valid, nor read later.
-                        for (target, value) in self.matrix[to..to + 6].iter_mut().zip(&update[from..from + 6])
-                        {
-                            *target += value;
-                        }
-                    }
-                } else {
-                    for column in 0..6 {
-                        let from = (6 * from_column + column) * height + 6 * from_row;
-                        for (row, value) in update[from..from + 6].iter().enumerate() {
-                            self.matrix[(6 * to_row + row) * rows + 6 * to_column + column] += value;
-                        }
-                    }
-                }
-            }
-        }
+        self.places.clear();
+        self.places.extend(ids.iter().map(|&id| self.place[id as usize]));
+        packed::add(&self.places, update, &mut self.matrix, self.leading);
     }
 
     /// Adds a child's part of the right-hand side, whose block rows have these ids.
@@ -164,38 +158,46 @@ impl Assembly {
     }
 
     /// Eliminates the frontal rows. The error is the id of the node without a pivot, and the pivot; `again`
-    /// puts the same front together once more, to find it.
+    /// puts the same front together once more, should its evidence be lost.
     pub(super) fn eliminate(&mut self, again: impl FnOnce(&mut Assembly)) -> Result<(), (u32, f64)> {
         let (rows, frontal) = (self.rows(), self.frontal_rows());
-        let result = dense::eliminate(&mut self.matrix, rows, frontal, &self.original, &mut self.scratch);
-        result.map_err(|suspect| {
-            self.matrix.fill(0.0);
-            self.original.fill(0.0);
+        let matrix = &mut self.matrix[..rows * self.leading];
+        if dense::is_large(rows, frontal) {
+            if dense::eliminate_large(matrix, rows, frontal, &self.original).is_some() {
+                return Ok(());
+            }
+            self.clear();
             again(self);
-            let BadPivot { column, pivot } =
-                dense::bad_pivot(&mut self.matrix, rows, suspect, &self.original);
-            (self.ids[column / 6], pivot)
-        })
+        }
+        let matrix = &mut self.matrix[..rows * self.leading];
+        dense::eliminate(matrix, rows, frontal, &self.original)
+            .map_err(|BadPivot { column, pivot }| (self.ids[column / 6], pivot))
+    }
+
+    /// Floating point operations of `eliminate`.
+    pub(super) fn flops(&self) -> f64 {
+        let (p, q) = (self.frontal_rows() as f64, (self.rows() - self.frontal_rows()) as f64);
+        p * p * p / 3.0 + p * p * q + p * q * q
     }
 
     /// Forward substitution of the right-hand side, after `eliminate`: y on the frontal rows, and what the
     /// separator's rows are left with.
     pub(super) fn forward(&mut self) -> &[f64] {
-        let (rows, frontal) = (self.rows(), self.frontal_rows());
-        dense::forward(&self.matrix[..rows * frontal], rows, frontal, &mut self.right);
-        &self.right
+        let rows = self.rows();
+        dense::forward(&self.matrix[..self.leading * 6 * self.frontal], rows, &mut self.right);
+        &self.right[..rows]
     }
 
-    /// L11 over L21, after `eliminate`.
+    /// L11 over L21, after `eliminate`, columns [`dense::leading`] apart.
     pub(super) fn factor(&self) -> &[f64] {
-        &self.matrix[..self.rows() * self.frontal_rows()]
+        &self.matrix[..self.leading * self.frontal_rows()]
     }
 
     /// The last 6x6 pivot block, after `eliminate`: the information of the last frontal node given the separator.
     pub(super) fn last_pivot(&self) -> Matrix6<f64> {
-        let (rows, start) = (self.rows(), self.frontal_rows() - 6);
+        let start = self.frontal_rows() - 6;
         let factor = Matrix6::from_fn(|row, column| {
-            if row >= column { self.matrix[(start + column) * rows + start + row] } else { 0.0 }
+            if row >= column { self.matrix[(start + column) * self.leading + start + row] } else { 0.0 }
         });
         factor * factor.transpose()
     }
@@ -205,11 +207,8 @@ impl Assembly {
         &self.ids
     }
 
-    /// Appends the update matrix, after `eliminate`: column-major, square, lower triangle valid.
+    /// Appends the update matrix, after `eliminate`, packed.
     pub(super) fn copy_update(&self, into: &mut Vec<f64>) {
-        let (rows, frontal) = (self.rows(), self.frontal_rows());
-        for column in frontal..rows {
-            into.extend_from_slice(&self.matrix[column * rows + frontal..(column + 1) * rows]);
-        }
+        packed::append(&self.matrix, self.leading, self.frontal, self.ids.len(), into);
     }
 }

@@ -1,7 +1,8 @@
 //! Virtual nodes that register with nothing: eliminated along the path before anything else.
 
-use nalgebra::{Cholesky, Matrix6};
+use nalgebra::Matrix6;
 
+use super::positive_definite;
 use super::virtual_path::VirtualPath;
 use crate::KernelError;
 use crate::information::PairInformation;
@@ -57,17 +58,15 @@ impl Chain {
             }
             let step = &path.steps[index + 1];
             let information = join.second + path.unary[index] + step.first;
-            let factor = Cholesky::new(information).ok_or_else(|| {
-                KernelError::VirtualNotPositiveDefinite { node, pivot: least_pivot(&information) }
-            })?;
-            let before = factor.solve(&join.cross.transpose());
-            let after = factor.solve(&step.cross);
+            let own = positive_definite::inverse(&information)
+                .map_err(|pivot| KernelError::VirtualNotPositiveDefinite { node, pivot })?;
+            let before = own * join.cross.transpose();
+            let after = own * step.cross;
             join = PairInformation {
                 first: (join.first - join.cross * before).symmetric_part(),
                 cross: -join.cross * after,
                 second: (step.second - step.cross.transpose() * after).symmetric_part(),
             };
-            let own = factor.inverse();
             self.gaps.push(Gap { node, next_kept: self.kept.len() as u32, own, before, after });
         }
         Ok(())
@@ -84,22 +83,4 @@ impl Gap {
         let own = self.own - self.before * with_before - self.after * with_after;
         PairCovariance { first: *first, cross: with_before, second: own.symmetric_part() }
     }
-}
-
-/// The pivot at which Cholesky's method stops on this matrix.
-fn least_pivot(information: &Matrix6<f64>) -> f64 {
-    let mut left = *information;
-    for column in 0..6 {
-        let pivot = left[(column, column)];
-        if pivot.is_nan() || pivot <= 0.0 {
-            return pivot;
-        }
-        for row in column + 1..6 {
-            let scale = left[(row, column)] / pivot;
-            for other in column + 1..6 {
-                left[(row, other)] -= scale * left[(column, other)];
-            }
-        }
-    }
-    0.0
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::expected::{Ground, Workspace};
+use super::expected::{self, Ground, Workspace};
 use super::marginals;
 use super::solution::Solution;
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
-use super::virtual_path::{ExpectedCovariance, LinkWeight, VirtualPath};
+use super::virtual_path::{ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath};
 use crate::{KernelError, Node};
 
 /// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
@@ -106,8 +106,25 @@ impl Elimination {
     }
 
     /// Covariance of each node, in their order. Cost: about two eliminations.
-    pub fn marginals(&self) -> Result<Vec<Matrix6<f64>>, KernelError> {
-        Ok(marginals::marginals(&self.tree, self.len()))
+    pub fn marginals(&self) -> Vec<Matrix6<f64>> {
+        let mut covariances = vec![Matrix6::zeros(); self.len()];
+        marginals::marginals(&self.tree, self.len(), None, |node, covariance| {
+            covariances[node as usize] = covariance;
+        });
+        covariances
+    }
+
+    /// Covariances of these nodes (ascending, once each), in their order. Cost: the fronts between them and the roots.
+    /// Errors: [`KernelError::UnknownNode`].
+    pub fn marginals_of(&self, nodes: &[Node]) -> Result<Vec<Matrix6<f64>>, KernelError> {
+        nodes.last().map_or(Ok(()), |&last| self.check(last))?;
+        let mut covariances = vec![Matrix6::zeros(); nodes.len()];
+        marginals::marginals(&self.tree, self.len(), Some(nodes), |node, covariance| {
+            if let Ok(place) = nodes.binary_search(&Node(node)) {
+                covariances[place] = covariance;
+            }
+        });
+        Ok(covariances)
     }
 
     /// Covariance of the last virtual node of a path (and, if `along`, of each node on it) as if it were driven:
@@ -123,19 +140,33 @@ impl Elimination {
         along: bool,
         workspace: &mut Workspace,
     ) -> Result<ExpectedCovariance, KernelError> {
-        let count = path.unary.len();
-        let links_fit = path.links.iter().all(|link| (1..=count).contains(&(link.node as usize)));
-        if count == 0 || path.steps.len() != count || !links_fit {
-            return Err(KernelError::PathShape { unary: count, steps: path.steps.len(), links_fit });
-        }
-        self.check(path.robot)?;
-        for link in &path.links {
-            self.check(link.keyframe)?;
-        }
+        self.check_path(path)?;
         let ground = Ground { tree: &self.tree, system: &self.system };
+        let counts = |link: &VirtualLink| weight.of(link) > 0.0;
+        workspace.attachment.attach(&self.tree, self.len() as u32, path, counts)?;
         let terminal = workspace.terminal(ground, path, weight, along)?;
         let along = if along { workspace.along(path.robot.0, self.len() as u32) } else { Vec::new() };
         Ok(ExpectedCovariance { terminal, along })
+    }
+
+    /// All covariances that a decision tells of a path, at less than the sum of their costs: what the path touches is
+    /// found once, and without links the robot's covariance is all that is needed of the graph.
+    ///
+    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Elimination::expected_covariance`].
+    pub fn expected_covariances(
+        &self,
+        path: &VirtualPath,
+        robot_covariance: &Matrix6<f64>,
+        workspace: &mut Workspace,
+    ) -> Result<ExpectedCovariances, KernelError> {
+        self.check_path(path)?;
+        let ground = Ground { tree: &self.tree, system: &self.system };
+        workspace.attachment.attach(&self.tree, self.len() as u32, path, |_| true)?;
+        let terminal_all_links = workspace.terminal(ground, path, LinkWeight::All, false)?;
+        let terminal = workspace.terminal(ground, path, LinkWeight::Expected, true)?;
+        let along = workspace.along(path.robot.0, self.len() as u32);
+        let terminal_no_links = expected::terminal_without_links(path, robot_covariance)?;
+        Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
 
     /// Size and cost of this elimination. Cost: a visit to each front.
@@ -213,6 +244,16 @@ impl Elimination {
         let eliminated_nodes = fronts.iter().map(|&id| self.tree.front(id).shape.frontal.len()).sum();
         let visited = solution.update(&self.tree, fronts, prune);
         Update { visited, eliminated_fronts: fronts.len(), eliminated_nodes }
+    }
+
+    fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
+        let count = path.unary.len();
+        let links_fit = path.links.iter().all(|link| (1..=count).contains(&(link.node as usize)));
+        if count == 0 || path.steps.len() != count || !links_fit {
+            return Err(KernelError::PathShape { unary: count, steps: path.steps.len(), links_fit });
+        }
+        self.check(path.robot)?;
+        path.links.iter().try_for_each(|link| self.check(link.keyframe))
     }
 
     fn check(&self, node: Node) -> Result<(), KernelError> {

@@ -24,9 +24,9 @@ pub(super) struct Shape {
 #[derive(Clone, Debug)]
 pub(super) struct Front {
     pub shape: Arc<Shape>,
-    /// L11 (lower triangle) over L21, column-major.
+    /// L11 (lower triangle) over L21, column-major, columns `dense::leading` apart.
     pub factor: Vec<f64>,
-    /// What the separator's rows and columns gain in the parent: square, column-major, lower triangle valid.
+    /// What the separator's rows and columns gain in the parent, packed.
     pub update: Vec<f64>,
     /// y = L11^-1 b, then what the separator's right-hand side gains.
     pub right: Vec<f64>,
@@ -51,33 +51,37 @@ impl Shape {
 }
 
 impl Front {
-    /// Puts a front together from the system and its children, and eliminates it.
+    /// A front of this shape that is not eliminated yet.
+    pub(super) fn new(shape: Arc<Shape>) -> Front {
+        Front { shape, factor: Vec::new(), update: Vec::new(), right: Vec::new() }
+    }
+
+    /// Puts the front together from the system and its children, and eliminates it. After an error it is what it was.
     pub(super) fn eliminate<'a>(
-        shape: Arc<Shape>,
+        &mut self,
         system: &BlockSystem,
         children: impl Iterator<Item = &'a Front> + Clone,
         assembly: &mut Assembly,
-    ) -> Result<Front, KernelError> {
+    ) -> Result<(), KernelError> {
+        let shape = &self.shape;
         let put_together = |assembly: &mut Assembly| {
             assembly.add_system(system, &shape.frontal);
             for child in children.clone() {
                 assembly.add_update(&child.shape.separator, &child.update);
+                assembly.add_right(&child.shape.separator, &child.right[child.shape.frontal_rows()..]);
             }
         };
         let ids = shape.frontal.iter().chain(&shape.separator).copied();
         assembly.begin(ids, shape.frontal.len(), system.len());
         put_together(assembly);
-        for child in children.clone() {
-            assembly.add_right(&child.shape.separator, &child.right[child.shape.frontal_rows()..]);
-        }
         assembly
             .eliminate(put_together)
             .map_err(|(id, pivot)| KernelError::NotPositiveDefinite { node: Node(id), pivot })?;
-        let right = assembly.forward().to_vec();
-        let factor = assembly.factor().to_vec();
-        let mut update = Vec::with_capacity(36 * shape.separator.len() * shape.separator.len());
-        assembly.copy_update(&mut update);
-        Ok(Front { shape, factor, update, right })
+        refill(&mut self.right, assembly.forward());
+        refill(&mut self.factor, assembly.factor());
+        self.update.clear();
+        assembly.copy_update(&mut self.update);
+        Ok(())
     }
 
     /// Bytes held.
@@ -86,4 +90,10 @@ impl Front {
         let ids = self.shape.frontal.len() + self.shape.separator.len() + self.shape.children.len();
         numbers * size_of::<f64>() + ids * size_of::<u32>() + size_of::<Front>() + size_of::<Shape>()
     }
+}
+
+/// The same values in the memory that is there.
+fn refill(buffer: &mut Vec<f64>, values: &[f64]) {
+    buffer.clear();
+    buffer.extend_from_slice(values);
 }

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix6, Vector6};
 
 use super::assembly::NONE;
+use super::dense;
+use super::takahashi::FrontCovariance;
 use super::tree::Tree;
-use super::{dense, takahashi};
+use crate::Node;
 
 /// Covariance of one node. With Lambda = L L^T and E the node's six unit columns it is Y^T Y for Y = L^-1 E, and Y
 /// is zero but on the way from the node's front to its root.
@@ -18,30 +20,31 @@ pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
         let front = tree.front(id);
         let shape = &front.shape;
         let (rows, frontal) = (shape.rows(), shape.frontal_rows());
+        let leading = dense::leading(rows);
         let ids = || shape.frontal.iter().chain(&shape.separator);
-        let mut columns = vec![0.0; 6 * rows];
+        let mut columns = vec![0.0; 6 * leading];
         for (place, row_id) in ids().enumerate() {
             if let Some(block) = values.remove(row_id) {
                 for column in 0..6 {
-                    let start = column * rows + 6 * place;
+                    let start = column * leading + 6 * place;
                     columns[start..start + 6].copy_from_slice(block.column(column).as_slice());
                 }
             }
         }
-        for column in columns.chunks_exact_mut(rows) {
-            dense::forward(&front.factor, rows, frontal, column);
+        for column in columns.chunks_exact_mut(leading) {
+            dense::forward(&front.factor, rows, column);
         }
         for row in 0..6 {
             for column in 0..=row {
-                let one = &columns[row * rows..row * rows + frontal];
-                let other = &columns[column * rows..column * rows + frontal];
+                let one = &columns[row * leading..row * leading + frontal];
+                let other = &columns[column * leading..column * leading + frontal];
                 covariance[(row, column)] +=
                     one.iter().zip(other).map(|(one, other)| one * other).sum::<f64>();
             }
         }
         for (place, &row_id) in ids().enumerate().skip(shape.frontal.len()) {
             let block = Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|column| {
-                let start = column * rows + 6 * place;
+                let start = column * leading + 6 * place;
                 Vector6::from_column_slice(&columns[start..start + 6])
             }));
             values.insert(row_id, block);
@@ -52,27 +55,49 @@ pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
     covariance
 }
 
-/// Covariance of each node, from the roots down. Each front hands its children what they share with it.
-pub(super) fn marginals(tree: &Tree, nodes: usize) -> Vec<Matrix6<f64>> {
-    let mut covariances = vec![Matrix6::zeros(); nodes];
+/// Covariances of nodes, by the roots down: each front hands its children what they share with it. With `wanted`
+/// (ascending, once each) only the ways from the roots to these nodes are gone. Calls `tell` for each node found, in no
+/// order.
+pub(super) fn marginals(
+    tree: &Tree,
+    nodes: usize,
+    wanted: Option<&[Node]>,
+    mut tell: impl FnMut(u32, Matrix6<f64>),
+) {
+    let needed = wanted.map(|wanted| above(tree, wanted));
+    let is_needed = |id: u32| needed.as_ref().is_none_or(|needed| needed[id as usize]);
     let mut place = vec![NONE; nodes];
-    let mut waiting: Vec<(u32, Vec<f64>)> = tree.roots().map(|root| (root, Vec::new())).collect();
+    let mut covariance = FrontCovariance::default();
+    let mut shared: Vec<u32> = Vec::new();
+    let roots = tree.roots().filter(|&root| is_needed(root));
+    let mut waiting: Vec<(u32, Vec<f64>)> = roots.map(|root| (root, Vec::new())).collect();
     while let Some((id, separator)) = waiting.pop() {
         let front = tree.front(id);
         let shape = &front.shape;
-        let rows = shape.rows();
-        let whole = takahashi::covariance_of_front(&front.factor, rows, shape.frontal_rows(), &separator);
+        covariance.compute(&front.factor, shape.rows(), shape.frontal_rows(), &separator);
         for (at, &node) in shape.frontal.iter().enumerate() {
-            covariances[node as usize] = takahashi::diagonal_block(&whole, rows, at);
+            tell(node, covariance.own_block(at));
         }
         for (at, &node) in shape.frontal.iter().chain(&shape.separator).enumerate() {
             place[node as usize] = at as u32;
         }
-        for &child in &shape.children {
-            let shared: Vec<u32> =
-                tree.front(child).shape.separator.iter().map(|&node| place[node as usize]).collect();
-            waiting.push((child, takahashi::gather(&whole, rows, &shared)));
+        for &child in shape.children.iter().filter(|&&child| is_needed(child)) {
+            shared.clear();
+            shared.extend(tree.front(child).shape.separator.iter().map(|&node| place[node as usize]));
+            waiting.push((child, covariance.gather(&shared)));
         }
     }
-    covariances
+}
+
+/// Marks the fronts of these nodes and everything above them, by id.
+fn above(tree: &Tree, nodes: &[Node]) -> Vec<bool> {
+    let mut marked = vec![false; tree.id_bound()];
+    for node in nodes {
+        let mut id = tree.front_of(node.0);
+        while id != NONE && !marked[id as usize] {
+            marked[id as usize] = true;
+            id = tree.parent(id);
+        }
+    }
+    marked
 }

@@ -10,7 +10,7 @@
 //! - covariances come down the same tree (Takahashi's recursion).
 //!
 //! Reading order: `system` (the blocks), `engine` (all that can be asked), `dissection` (the order), `symbolic` (the fronts), `front` (their numbers), `tree`
-//! (what stays and what goes), `solution`, `marginals`, and `expected` with `chain`, `homes`, `attachment` and `along` for
+//! (what stays and what goes), `solution`, `marginals`, and `expected` with `chain`, `homes`, `attachment`, `layout` and `along` for
 //! paths not driven yet. Nothing recurses over the tree, and nothing is dense in the number of nodes.
 
 mod shared_vec;
@@ -28,6 +28,7 @@ mod symbolic;
 mod assembly;
 mod dense;
 mod front;
+mod packed;
 mod plan;
 mod tree;
 
@@ -35,6 +36,7 @@ mod marginals;
 mod solution;
 mod takahashi;
 
+mod positive_definite;
 mod virtual_path;
 
 mod along;
@@ -42,12 +44,13 @@ mod attachment;
 mod chain;
 mod expected;
 mod homes;
+mod layout;
 mod update_stack;
 
 pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;
-pub use virtual_path::{ExpectedCovariance, LinkWeight, VirtualLink, VirtualPath};
+pub use virtual_path::{ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath};
 
 pub(crate) use shared_vec::SharedVec;
 pub(crate) use solution::Solution;

@@ -13,7 +13,7 @@ pub(super) const BETWEEN: u8 = 2;
 /// No side may weigh more than this share of the whole.
 const GREATEST_SHARE: f64 = 0.6;
 /// Passes over one separator at most.
-const PASSES: usize = 4;
+const PASSES: usize = 2;
 /// A pass ends after so many moves without improvement.
 const PATIENCE: usize = 40;
 
@@ -52,7 +52,7 @@ impl Division {
 
     fn pass(&mut self, graph: &Graph) -> bool {
         let limit = limit(self.weights.iter().sum());
-        let mut queue = BinaryHeap::new();
+        let mut queue = Queue::of(graph.len());
         for vertex in 0..graph.len() as u32 {
             self.enqueue(graph, vertex, &mut queue);
         }
@@ -64,7 +64,7 @@ impl Division {
         let mut kept = 0;
         let mut since_best = 0;
         while since_best < PATIENCE {
-            let Some((gain, Reverse(vertex), side)) = queue.pop() else { break };
+            let Some((gain, Reverse(vertex), side)) = queue.heap.pop() else { break };
             if locked[vertex as usize] || self.place[vertex as usize] != BETWEEN {
                 continue;
             }
@@ -125,12 +125,31 @@ impl Division {
         i64::from(graph.weights[vertex as usize]) - i64::from(pulled)
     }
 
-    fn enqueue(&self, graph: &Graph, vertex: u32, queue: &mut BinaryHeap<(i64, Reverse<u32>, u8)>) {
-        if self.place[vertex as usize] == BETWEEN {
-            for side in [LEFT, RIGHT] {
-                queue.push((self.gain(graph, vertex, side), Reverse(vertex), side));
+    fn enqueue(&self, graph: &Graph, vertex: u32, queue: &mut Queue) {
+        if self.place[vertex as usize] != BETWEEN {
+            return;
+        }
+        for side in [LEFT, RIGHT] {
+            let gain = self.gain(graph, vertex, side);
+            let entered = &mut queue.entered[vertex as usize][side as usize];
+            if *entered != Some(gain) {
+                *entered = Some(gain);
+                queue.heap.push((gain, Reverse(vertex), side));
             }
         }
+    }
+}
+
+/// Moves by gain, the greatest first, then by vertex. An entry whose gain is no longer true is passed over.
+struct Queue {
+    heap: BinaryHeap<(i64, Reverse<u32>, u8)>,
+    /// The gain with which each vertex was entered last, for either side.
+    entered: Vec<[Option<i64>; 2]>,
+}
+
+impl Queue {
+    fn of(vertices: usize) -> Queue {
+        Queue { heap: BinaryHeap::new(), entered: vec![[None; 2]; vertices] }
     }
 }
 

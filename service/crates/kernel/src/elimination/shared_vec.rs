@@ -27,7 +27,7 @@ impl<T: Clone> SharedVec<T> {
     }
 
     pub(crate) fn push(&mut self, value: T) {
-        if self.length % CHUNK == 0 {
+        if self.length.is_multiple_of(CHUNK) {
             self.chunks.push(Arc::new(Vec::with_capacity(CHUNK)));
         }
         let last = self.chunks.last_mut().expect("a chunk was just made if there was none");

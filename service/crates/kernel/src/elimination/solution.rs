@@ -81,11 +81,12 @@ impl Solution {
         let shape = &front.shape;
         let frontal_rows = shape.frontal_rows();
         self.column.clear();
-        self.column.extend_from_slice(&front.right[..frontal_rows]);
+        self.column.resize(frontal_rows, 0.0);
         for &node in &shape.separator {
             self.column.extend_from_slice(self.values[node as usize].as_slice());
         }
-        dense::backward(&front.factor, shape.rows(), frontal_rows, &mut self.column);
+        self.column.resize(dense::leading(shape.rows()), 0.0);
+        dense::backward(&front.factor, shape.rows(), &front.right[..frontal_rows], &mut self.column);
         for (&node, values) in shape.frontal.iter().zip(self.column.chunks_exact(6)) {
             let value = Vector6::from_column_slice(values);
             self.moved[node as usize] = (value - self.values[node as usize]).amax();

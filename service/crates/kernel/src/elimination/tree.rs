@@ -83,11 +83,17 @@ impl Tree {
         let mut ids = self.upward(touched, scratch);
         ids.reverse();
         for &id in &ids {
-            let shape = self.front(id).shape.clone();
-            let children = shape.children.clone();
-            let below = children.iter().map(|&child| self.front(child));
-            let front = Front::eliminate(shape, system, below, &mut scratch.assembly)?;
-            self.fronts[id as usize] = Some(Arc::new(front));
+            let place = &mut self.fronts[id as usize];
+            let mut front = place.take().expect("ids in use have a front");
+            if Arc::get_mut(&mut front).is_none() {
+                front = Arc::new(Front::new(front.shape.clone())); // a copy of the tree holds the old numbers
+            }
+            let shape = front.shape.clone();
+            let below = shape.children.iter().map(|&child| self.front(child));
+            let own = Arc::get_mut(&mut front).expect("nobody else holds it");
+            let eliminated = own.eliminate(system, below, &mut scratch.assembly);
+            self.fronts[id as usize] = Some(front);
+            eliminated?;
         }
         ids.reverse();
         Ok(ids)
@@ -145,7 +151,9 @@ impl Tree {
                     .collect(),
                 level: below.clone().map(|child| child.shape.level + 1).max().unwrap_or(0),
             });
-            made.push(Front::eliminate(shape, system, below, &mut scratch.assembly)?);
+            let mut front = Front::new(shape);
+            front.eliminate(system, below, &mut scratch.assembly)?;
+            made.push(front);
         }
 
         for &id in &dissolved {

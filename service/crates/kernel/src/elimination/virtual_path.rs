@@ -66,3 +66,16 @@ pub struct ExpectedCovariance {
     /// Covariance of each virtual node 1 to n in the same inverse; empty unless asked for.
     pub along: Vec<Matrix6<f64>>,
 }
+
+/// Covariances at the end of a path for each way in which its links may count, and along it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpectedCovariances {
+    /// Sigma_nn with each link weighed by its probability.
+    pub terminal: Matrix6<f64>,
+    /// Sigma_nn with every link registered.
+    pub terminal_all_links: Matrix6<f64>,
+    /// Sigma_nn with none registered.
+    pub terminal_no_links: Matrix6<f64>,
+    /// Covariance of each virtual node 1 to n, in the inverse of `terminal`.
+    pub along: Vec<Matrix6<f64>>,
+}

@@ -190,7 +190,7 @@ fn a_path_drawn_along_a_candidate_brings_the_same() {
 fn waypoints_are_the_rarest_and_surest_of_their_clusters() {
     let snapshot = hull().snapshot;
     let found = waypoints(&snapshot).unwrap();
-    let marginals = snapshot.elimination.marginals().unwrap();
+    let marginals = snapshot.elimination.marginals();
     assert_eq!(found.len(), 4);
     for waypoint in found {
         let of = |id: u64| snapshot.keyframes.iter().position(|keyframe| keyframe.id == id).unwrap();

@@ -105,7 +105,7 @@ pub fn evaluate(
 pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, StateError> {
     let Settled { snapshot, smoother } = source.view.settled()?;
     let covariances = if marginals && !snapshot.keyframes.is_empty() {
-        smoother.elimination().marginals().map_err(|error| source.view.told(error))?
+        smoother.elimination().marginals()
     } else {
         Vec::new()
     };
