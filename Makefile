@@ -54,7 +54,7 @@ rust-lint:
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --workspace --all-targets -- -D warnings
 
-# Also builds target/release/pdnd, with the features that the tests' libraries share, so that nothing is built twice.
+# Also builds target/release/pdnd; `make build` chose the same features, so nothing is built twice.
 rust-test:
 	$(call say,Rust: build and tests (the first time takes some minutes))
 	$(CARGO) test --release --locked --workspace

@@ -1,12 +1,7 @@
-"""The golden vectors, which the Rust types have written, read and written by Python.
-
-In bincode every vector must come out byte for byte; in JSON as the same values (the two languages print the exponents
-of numbers differently) with the same spelling of everything else.
-"""
+"""The golden vectors, which the Rust types have written, read and written by Python byte for byte."""
 
 import json
 import re
-import struct
 from pathlib import Path
 
 import pytest
@@ -27,12 +22,6 @@ def read(vector: str) -> tuple[bytes, bytes]:
     return (GOLDEN / f"{vector}.bin").read_bytes(), (GOLDEN / f"{vector}.json").read_bytes()
 
 
-def numbers_replaced(text: bytes) -> tuple[bytes, list[float]]:
-    """The text with a mark for each number, and the numbers; strings of the vectors hold no lonely digits."""
-    number = rb"(?<=[\[:,])-?\d[\d.eE+-]*(?=[,\]}])"
-    return re.sub(number, b"#", text), [float(found) for found in re.findall(number, text)]
-
-
 def test_every_message_has_vectors_in_both_formats() -> None:
     assert {vector.split("-")[0] for vector in VECTORS} == set(REGISTRY["messages"])
     assert sorted(path.stem for path in GOLDEN.glob("*.json")) == VECTORS
@@ -47,14 +36,7 @@ def test_a_vector_is_read_and_written(vector: str) -> None:
     assert wire.encode(message) == bincode
     # Bytes tell -0 from 0, which == does not.
     assert wire.encode(wire.decode(kind, text, wire.Format.JSON)) == bincode
-    written = wire.encode(message, wire.Format.JSON)
-    assert json.loads(written) == json.loads(text)
-    spelling, numbers = numbers_replaced(written)
-    expected_spelling, expected = numbers_replaced(text)
-    assert spelling == expected_spelling
-    assert [struct.pack("<d", number) for number in numbers] == [
-        struct.pack("<d", number) for number in expected
-    ]
+    assert wire.encode(message, wire.Format.JSON) == text
 
 
 @pytest.mark.parametrize("vector", VECTORS)

@@ -34,12 +34,13 @@ from .errors import (
     StreamBroken,
     Timeout,
 )
-from .session import DEFAULT_ENDPOINT
+from .session import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
 from .stream import MissionStream
 from .watch import PlannerPresence, Watch, Watched
 
 __all__ = [
     "DEFAULT_ENDPOINT",
+    "DEFAULT_VEHICLE",
     "BadReply",
     "Client",
     "Conflict",

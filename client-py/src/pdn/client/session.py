@@ -12,6 +12,8 @@ import zenoh
 from .errors import ConnectionFailed
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+DEFAULT_VEHICLE = "vehicle"
+"""Who is meant on the command line where no vehicle is named."""
 """Where `pdnd` listens when nothing else is said."""
 
 PUT_MAY_BLOCK_US = 3_600_000_000

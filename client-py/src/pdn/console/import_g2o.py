@@ -20,12 +20,12 @@ from rich.progress import (
 )
 
 from pdn import wire
-from pdn.client import DEFAULT_ENDPOINT, Client, MissionStream, Timeout
+from pdn.client import Client, MissionStream, Timeout
 
-from . import options, words
-from .connection import connected
+from . import words
 from .failures import CommandFailed
 from .g2o import G2oError, PoseGraph, Transform, read_g2o
+from .planner import Planner, of_planner
 
 NOMINAL_FACET: dict[str, Any] = {
     "origin": [0.0, 0.0, 0.0],
@@ -43,10 +43,11 @@ ORIGIN = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 def register(app: typer.Typer) -> None:
     """Adds `import-g2o`."""
-    app.command("import-g2o")(import_g2o)
+    app.command("import-g2o")(of_planner(import_g2o))
 
 
 def import_g2o(
+    planner: Planner,
     file: Annotated[
         Path, typer.Argument(exists=True, dir_okay=False, help="A 3-D pose graph in g2o text form.")
     ],
@@ -59,10 +60,6 @@ def import_g2o(
         typer.Option("--anchor-sigma", min=1e-9, help="Sigma of the prior on the first keyframe, m and rad."),
     ] = 1e-3,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress bar.")] = False,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
     timeout: Annotated[
         float,
         typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Longest time without any progress."),
@@ -81,18 +78,18 @@ def import_g2o(
         raise CommandFailed(str(error)) from error
     name = mission if mission is not None else _mission_id(file)
     began_s = time.monotonic()
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         client.configure(_configuration(name))
         client.start(f"import of {file.name}", mission=name)
         with client.mission_stream(name, timeout_s=timeout) as events:
-            stream_graph(graph, events, anchor_sigma, show_progress=not quiet and not as_json)
+            stream_graph(graph, events, anchor_sigma, show_progress=not quiet and not planner.as_json)
             last_seq = events.next_seq - 1
             _settle(events, timeout)
         streamed_s = time.monotonic() - began_s
         report = _report(client, graph, name, last_seq, timeout)
         client.complete("imported", mission=name)
     report |= {"file": str(file), "stream_s": streamed_s, "total_s": time.monotonic() - began_s}
-    print(json.dumps(report) if as_json else _sentences(report))
+    print(json.dumps(report) if planner.as_json else _sentences(report))
 
 
 def stream_graph(

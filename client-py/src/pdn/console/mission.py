@@ -11,11 +11,11 @@ from typing import Annotated, Any
 import typer
 
 from pdn import wire
-from pdn.client import DEFAULT_ENDPOINT, Client
+from pdn.client import Client
 
 from . import options, questions, tables
-from .connection import connected, print_json
 from .failures import CommandFailed
+from .planner import Planner, of_planner
 
 
 def register(app: typer.Typer) -> None:
@@ -24,15 +24,16 @@ def register(app: typer.Typer) -> None:
         no_args_is_help=True,
         help=f"Configure missions, command them, ask about them.\n\n{options.EXIT_CODES}",
     )
-    mission.command()(configure)
+    mission.command()(of_planner(configure))
     for name, doc, command in _TRANSITIONS:
-        mission.command(name, help=doc)(_transition(command))
-    mission.command()(show)
+        mission.command(name, help=doc)(of_planner(_transition(command)))
+    mission.command()(of_planner(show))
     questions.register(mission)
     app.add_typer(mission, name="mission")
 
 
 def configure(
+    planner: Planner,
     file: Annotated[
         Path, typer.Argument(exists=True, dir_okay=False, help="The mission's configuration, TOML or JSON.")
     ],
@@ -41,34 +42,25 @@ def configure(
         typer.Option("--mission", metavar="ID", help="Id instead of the file's; never used twice."),
     ] = None,
     start: Annotated[bool, typer.Option("--start", help="Start it as well.")] = False,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Configure a new mission from a file; the planner fills in defaults and checks everything."""
     config = read_config(file)
     if mission is not None:
         config["mission"] = mission
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         state = client.configure(config)
         if start:
             state = client.start("started when configured", mission=state.mission)
-        _print_state(state, as_json)
+        planner.show(state, tables.print_state)
 
 
 def show(
+    planner: Planner,
     mission: options.Mission = None,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show the mission as it stands."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
-        _print_state(client.mission(mission=mission), as_json)
+    with planner.connected() as client:
+        planner.show(client.mission(mission=mission), tables.print_state)
 
 
 def read_config(file: Path) -> dict[str, Any]:
@@ -97,22 +89,11 @@ _TRANSITIONS: tuple[tuple[str, str, Callable[[Client], Command]], ...] = (
 
 def _transition(command: Callable[[Client], Command]) -> Callable[..., None]:
     def run(
+        planner: Planner,
         mission: options.Mission = None,
         reason: options.Reason = "",
-        endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-        vehicle: options.Vehicle = "demo",
-        zenoh_config: options.ZenohConfig = None,
-        as_json: options.Json = False,
-        timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
     ) -> None:
-        with connected(endpoint, vehicle, timeout, zenoh_config) as client:
-            _print_state(command(client)(reason, mission=mission), as_json)
+        with planner.connected() as client:
+            planner.show(command(client)(reason, mission=mission), tables.print_state)
 
     return run
-
-
-def _print_state(state: wire.MissionState, as_json: bool) -> None:
-    if as_json:
-        print_json(state)
-    else:
-        tables.print_state(state)

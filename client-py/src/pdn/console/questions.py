@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import typer
 
-from pdn.client import DEFAULT_ENDPOINT
-
 from . import options, tables
-from .connection import connected, print_json
-
-M = TypeVar("M")
+from .planner import Planner, of_planner
 
 
 def register(mission: typer.Typer) -> None:
     """Adds the questions to the group `mission`."""
-    mission.command()(decision)
-    mission.command()(graph)
-    mission.command()(waypoints)
-    mission.command()(coverage)
-    mission.command("link-model")(link_model)
+    mission.command()(of_planner(decision))
+    mission.command()(of_planner(graph))
+    mission.command()(of_planner(waypoints))
+    mission.command()(of_planner(coverage))
+    mission.command("link-model")(of_planner(link_model))
 
 
 def decision(
+    planner: Planner,
     after: options.After = None,
     alpha: Annotated[
         float | None,
@@ -44,14 +40,9 @@ def decision(
         typer.Option("--detail", help="With poses and links of every candidate (they show with --json)."),
     ] = False,
     mission: options.Mission = None,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Ask: explore or revisit? Without a what-if the decision counts, and the mission must be running."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         given = client.decision(
             after=after,
             alpha=alpha,
@@ -60,75 +51,52 @@ def decision(
             detail="full" if detail else "brief",
             mission=mission,
         )
-    _show(given, as_json, tables.print_decision)
+    planner.show(given, tables.print_decision)
 
 
 def graph(
+    planner: Planner,
     from_: Annotated[
         int | None, typer.Option("--from", metavar="KEYFRAME", min=0, help="Keyframes from this id on.")
     ] = None,
     marginals: Annotated[bool, typer.Option("--marginals", help="With each keyframe's covariance.")] = False,
     after: options.After = None,
     mission: options.Mission = None,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show the pose graph; a long one is shortened unless --json."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         reply = client.graph(from_, marginals, after=after, mission=mission)
-    _show(reply, as_json, tables.print_graph)
+    planner.show(reply, tables.print_graph)
 
 
 def waypoints(
+    planner: Planner,
     after: options.After = None,
     mission: options.Mission = None,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show the waypoints that revisits may go to."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         reply = client.waypoints(after=after, mission=mission)
-    _show(reply, as_json, tables.print_waypoints)
+    planner.show(reply, tables.print_waypoints)
 
 
 def coverage(
+    planner: Planner,
     after: options.After = None,
     mission: options.Mission = None,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show what has been photographed, facet by facet."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         reply = client.coverage(after=after, mission=mission)
-    _show(reply, as_json, tables.print_coverage)
+    planner.show(reply, tables.print_coverage)
 
 
 def link_model(
+    planner: Planner,
     after: options.After = None,
     mission: options.Mission = None,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show how likely registrations are, by the saliency of both images, and what that rests on."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with planner.connected() as client:
         reply = client.link_model(after=after, mission=mission)
-    _show(reply, as_json, tables.print_link_model)
-
-
-def _show(message: M, as_json: bool, show: Callable[[M], None]) -> None:
-    if as_json:
-        print_json(message)
-    else:
-        show(message)
+    planner.show(reply, tables.print_link_model)

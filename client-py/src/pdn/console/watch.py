@@ -13,11 +13,11 @@ from rich.console import Console
 from rich.live import Live
 
 from pdn import wire
-from pdn.client import DEFAULT_ENDPOINT, MissionUnknown, PlannerPresence, Timeout, Watch, Watched
+from pdn.client import MissionUnknown, PlannerPresence, Timeout, Watch, Watched
 
-from . import options, words
-from .connection import connected
+from . import words
 from .failures import CommandFailed
+from .planner import Planner, of_planner
 from .screen import Screen
 
 FIRST_LOOK_S = 1.0
@@ -29,10 +29,11 @@ REFRESH_S = 0.5
 
 def register(app: typer.Typer) -> None:
     """Adds `watch`."""
-    app.command()(watch)
+    app.command()(of_planner(watch))
 
 
 def watch(
+    planner: Planner,
     name: Annotated[
         str, typer.Option("--name", metavar="NAME", help="Name under which this console announces itself.")
     ] = "console",
@@ -43,30 +44,25 @@ def watch(
     until_ended: Annotated[
         bool, typer.Option("--until-ended", help="Stop when the mission is completed (0) or aborted (1).")
     ] = False,
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT,
-    vehicle: options.Vehicle = "demo",
-    zenoh_config: options.ZenohConfig = None,
-    as_json: options.Json = False,
-    timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Watch a vehicle's mission: phase, uncertainty, coverage, decisions, refusals.
 
     On a terminal one screen, elsewhere a line for each change; with --json an object a line:
     {"state"|"decision"|"rejected"|"planner": ...}. Ctrl-C ends the view, not the mission.
     """
-    screen = Screen(vehicle, endpoint)
+    screen = Screen(planner.vehicle, planner.endpoint)
     with (
         contextlib.suppress(KeyboardInterrupt),
-        connected(endpoint, vehicle, timeout, zenoh_config, console=name) as client,
+        planner.connected(console=name) as client,
         client.watch() as watched,
     ):
         with contextlib.suppress(MissionUnknown, Timeout):
-            screen.take_in(client.mission(timeout_s=min(timeout, FIRST_LOOK_S)))
+            screen.take_in(client.mission(timeout_s=min(planner.timeout, FIRST_LOOK_S)))
         until_s = float("inf") if seconds is None else time.monotonic() + seconds
-        if sys.stdout.isatty() and not as_json:
+        if sys.stdout.isatty() and not planner.as_json:
             _show_screen(screen, watched, until_s, until_ended)
         else:
-            _print_lines(screen, watched, until_s, until_ended, as_json)
+            _print_lines(screen, watched, until_s, until_ended, planner.as_json)
     if screen.state is not None and screen.state.phase is wire.Phase.ABORTED:
         raise CommandFailed(f"mission {screen.state.mission} was aborted: {screen.state.reason}")
 

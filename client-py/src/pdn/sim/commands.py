@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pdn.client import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
+
 if TYPE_CHECKING:
     from pdn.sim.scenario import Scenario
 
@@ -44,7 +46,7 @@ def sim(
         typer.Option(
             "-e", "--connect", metavar="ENDPOINT", envvar="PDN_CONNECT", help="Where the daemon listens."
         ),
-    ] = "tcp/127.0.0.1:7447",
+    ] = DEFAULT_ENDPOINT,
     zenoh_config: Annotated[
         Path | None,
         typer.Option(
@@ -53,7 +55,7 @@ def sim(
     ] = None,
     vehicle: Annotated[
         str, typer.Option(metavar="ID", envvar="PDN_VEHICLE", help="The vehicle's name.")
-    ] = "sim",
+    ] = DEFAULT_VEHICLE,
     mission: Annotated[
         str | None, typer.Option(metavar="ID", help="The mission's name; made from the rest if not given.")
     ] = None,

@@ -8,6 +8,7 @@ from typing import Any, TypeVar, cast
 
 from .binary import READERS, WRITERS
 from .errors import WireError, invalid
+from .json_text import json_text
 from .names import LAYOUT_HASHES, MAX_BYTES, ROOT, VERSION, Code
 from .shapes import SHAPES
 
@@ -119,10 +120,7 @@ def from_plain(kind: type[T], value: object) -> T:
 
 def to_json(value: object, indent: int | None = None) -> str:
     """A value of the contract as JSON, in one line unless an indent is given."""
-    separators = (",", ":") if indent is None else None
-    return json.dumps(
-        to_plain(value), indent=indent, separators=separators, ensure_ascii=False, allow_nan=False
-    )
+    return json_text(to_plain(value), indent)
 
 
 def from_json(kind: type[T], text: str | bytes) -> T:

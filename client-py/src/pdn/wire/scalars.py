@@ -74,7 +74,7 @@ class _Double:
     """A finite number of 64 bits."""
 
     def read(self, value: Any, path: str) -> float:
-        if type(value) not in (float, int):
+        if isinstance(value, bool) or not isinstance(value, float | int):
             raise wrong(path, "a number", value)
         try:
             number = float(value)
@@ -88,6 +88,10 @@ class _Double:
         return self.read(float(value) if isinstance(value, np.number) else value, path)
 
 
+class Single(float):
+    """The plain form of a number of 32 bits: the shortest decimal that is this number in 32 bits."""
+
+
 class _Single(_Double):
     """A finite number of 32 bits."""
 
@@ -99,9 +103,8 @@ class _Single(_Double):
             raise wrong(path, "a number below 3.5e38", value) from None
         return rounded
 
-    def write(self, value: Any, path: str) -> float:
-        # The shortest decimal that is this number in 32 bits, as the service writes it.
-        return float(str(np.float32(super().write(value, path))))
+    def write(self, value: Any, path: str) -> Single:
+        return Single(str(np.float32(super().write(value, path))))
 
 
 BOOL = _Exact(bool, "true or false")

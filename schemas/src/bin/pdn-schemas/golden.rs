@@ -33,6 +33,15 @@ impl Vectors<'_> {
 const EDGES: [f64; 8] =
     [-0.0, 5e-324, f64::MAX, f64::MIN, f64::MIN_POSITIVE, 0.1 + 0.2, 1.0 - f64::EPSILON / 2.0, 1e308];
 
+/// Numbers of one and of several digits around where exponents begin, for 32 and for 64 bits.
+fn spellings() -> [f64; 36] {
+    let exponents = [-8, -7, -6, -5, -4, -3, 11, 12, 13, 14, 15, 16];
+    let significands = ["1", "-1.25", "9.999999"];
+    std::array::from_fn(|i| {
+        format!("{}e{}", significands[i % 3], exponents[i / 3]).parse().expect("a number")
+    })
+}
+
 /// An array of edges.
 fn edges<const N: usize>() -> [f64; N] {
     std::array::from_fn(|index| EDGES[index % EDGES.len()])

@@ -1,6 +1,6 @@
 //! What a vehicle sends.
 
-use super::{Vectors, edges, ordinary};
+use super::{Vectors, edges, ordinary, spellings};
 use pdn_schemas::event::{Appearance, Factor, FactorKind, Keyframe, LinkOutcome};
 use pdn_schemas::shared::{Covariance6, Pose};
 
@@ -34,6 +34,9 @@ pub fn add(vectors: &mut Vectors) {
     let mut values: Vec<f32> = (0..128u8).map(|index| f32::from(index) / 128.0).collect();
     values.extend([0.1, -0.0, f32::MAX, f32::MIN_POSITIVE, f32::from_bits(1), 1.0 / 3.0]);
     vectors.add("descriptors", &with(Appearance::Descriptors { dim: 67, values }));
+    let values: Vec<f32> = spellings().iter().map(|&value| value as f32).collect();
+    let dim = values.len() as u32;
+    vectors.add("descriptors-spellings", &with(Appearance::Descriptors { dim, values }));
 
     let pose = Pose { translation: [0.5, 0.0, -0.125], rotation: [0.0, 0.0, 0.6, 0.8] };
     let covariance = Covariance6(ordinary(1e-4));
@@ -82,6 +85,14 @@ pub fn add(vectors: &mut Vectors) {
                 to: u64::MAX,
                 relative: Pose { translation: edges(), rotation: edges() },
                 covariance: Covariance6(edges()),
+            },
+        ),
+        (
+            "spellings",
+            FactorKind::Prior {
+                keyframe: 0,
+                pose,
+                covariance: Covariance6(std::array::from_fn(|i| spellings()[i])),
             },
         ),
     ];

@@ -1,10 +1,8 @@
 //! The program from outside: its commands, its exit codes, how it stops.
 
-mod support;
-
+use crate::support::{Daemon, mission, run};
 use serde_json::json;
 use std::path::PathBuf;
-use support::{Daemon, mission, run};
 
 /// A directory of the test's own, taken away at its end.
 struct Scratch(PathBuf);
@@ -69,7 +67,7 @@ fn a_wrong_setting_is_found_before_the_network_is_touched() {
 #[test]
 fn settings_are_printed_as_they_are_in_force() {
     let (code, document, _) = run(&["config"]);
-    assert_eq!((code, document.as_str()), (0, include_str!("../../deploy/pdnd.toml")));
+    assert_eq!((code, document.as_str()), (0, include_str!("../../../deploy/pdnd.toml")));
     let (code, effective, _) =
         run(&["config", "--effective", "--set", "max_vehicles=3", "-l", "tcp/127.0.0.1:1"]);
     assert_eq!(code, 0);

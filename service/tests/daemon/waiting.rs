@@ -1,9 +1,7 @@
 //! `after=`, `deadline_ms=` and the bound on questions in flight.
 
-mod support;
-
+use crate::support::{Daemon, mission};
 use serde_json::json;
-use support::{Daemon, mission};
 
 #[test]
 fn a_question_waits_for_its_event_and_holds_up_nobody() {

@@ -1,8 +1,5 @@
 //! A daemon of its own for each test, on a free port of loopback, and a client that speaks the contract.
 
-// Each test file uses its own part of this module.
-#![allow(dead_code)]
-
 pub mod mission;
 
 use pdn_schemas::reply::Problem;

@@ -1,12 +1,10 @@
 //! A mission from its configuration to its end, in both formats.
 
-mod support;
-
+use crate::support::{Daemon, mission};
 use pdn_schemas::codec::{self, Format};
 use pdn_schemas::reply::{Action, Decision, MissionState};
 use pdn_schemas::{Factor, Keyframe, MissionConfig};
 use serde_json::json;
-use support::{Daemon, mission};
 
 #[test]
 fn a_mission_in_json() {

@@ -1,11 +1,9 @@
 //! What cannot be taken is refused with a code and a sentence, and nothing else is disturbed.
 
-mod support;
-
+use crate::support::{Daemon, mission};
 use pdn_schemas::LinkOutcome;
 use pdn_schemas::codec::{self, Format};
 use serde_json::{Value, json};
-use support::{Daemon, mission};
 
 fn link(mission: &str, seq: u64) -> Value {
     json!({ "mission": mission, "seq": seq, "stamp_ns": 0, "from": 0, "to": 1, "registered": true })

@@ -1,9 +1,7 @@
 //! Vehicles do not know each other; and readiness is told for each before it is known.
 
-mod support;
-
+use crate::support::{BOUND, Daemon, mission};
 use serde_json::json;
-use support::{Daemon, mission};
 use zenoh::Wait;
 
 #[test]
@@ -52,13 +50,12 @@ fn a_vehicle_finds_the_planner_before_it_configures() {
     let daemon = Daemon::start(&[]);
     let client = daemon.client();
     let key = "pdn/hull/v1/alive/planner";
-    let replies = client.session.liveliness().get(key).timeout(support::BOUND).wait().unwrap();
+    let replies = client.session.liveliness().get(key).timeout(BOUND).wait().unwrap();
     assert!(replies.recv().unwrap().into_result().is_ok());
     let watch = client.session.liveliness().declare_subscriber(key).history(true).wait().unwrap();
-    let alive =
-        watch.recv_deadline(std::time::Instant::now() + support::BOUND).unwrap().expect("the planner");
+    let alive = watch.recv_deadline(std::time::Instant::now() + BOUND).unwrap().expect("the planner");
     assert_eq!(alive.kind(), zenoh::sample::SampleKind::Put);
     daemon.signal("TERM");
-    let gone = watch.recv_deadline(std::time::Instant::now() + support::BOUND).unwrap().expect("a change");
+    let gone = watch.recv_deadline(std::time::Instant::now() + BOUND).unwrap().expect("a change");
     assert_eq!(gone.kind(), zenoh::sample::SampleKind::Delete);
 }
