@@ -10,7 +10,7 @@ mod measure;
 use measure::{now_ms, summary};
 use nalgebra::{Matrix5, Matrix6, Translation3, UnitQuaternion, Vector3, Vector5, Vector6};
 use pdn_kernel::elimination::{Elimination, LinkWeight, VirtualLink, VirtualPath, Workspace};
-use pdn_kernel::information::{self, PairInformation};
+use pdn_kernel::information;
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{Factor, KernelError, Loss, Node, Pose, se3};
 
@@ -87,7 +87,7 @@ fn survey(keyframes: usize, settings: SmootherSettings) -> Result<(), KernelErro
             println!("  candidate on the {name} tree, {weight:?}, along {along}: {}", summary(&mut times));
         }
     }
-    let nodes: usize = paths.iter().map(|path| path.unary.len()).sum();
+    let nodes: usize = paths.iter().map(|path| path.nodes() as usize).sum();
     let links: usize = paths.iter().map(|path| path.links.len()).sum();
     println!("  per candidate {} virtual nodes, {} links", nodes / CANDIDATES, links / CANDIDATES);
     Ok(())
@@ -203,37 +203,33 @@ fn camera(from: Node, to: Node, truth: &[Pose], random: &mut Random) -> Result<F
     Ok(factor.with_loss(Loss::Cauchy(2.385)))
 }
 
-/// Straight to a keyframe and back, with up to four links at each virtual node.
+/// Straight to a keyframe and back, with up to four links at each place.
 fn path_to(smoother: &Smoother, goal: usize) -> Result<VirtualPath, KernelError> {
     let poses = smoother.linearizations();
     let robot = Node(poses.len() as u32 - 1);
     let (start, end) = (poses[robot.index()], poses[goal]);
     let length = (end.translation.vector - start.translation.vector).norm();
     let pieces = (length / SPACING_M).ceil().max(1.0) as usize;
-    let at = |index: usize| {
-        let share = (pieces as f64 - (index as f64 - pieces as f64).abs()) / pieces as f64;
-        let position = start.translation.vector.lerp(&end.translation.vector, share);
-        Pose::from_parts(position.into(), start.rotation.slerp(&end.rotation, 0.0))
+    let at = |place: usize| {
+        let position = start.translation.vector.lerp(&end.translation.vector, place as f64 / pieces as f64);
+        Pose::from_parts(position.into(), start.rotation)
     };
-    let root = Matrix5::from_diagonal(&camera_sigmas().map(|sigma| 1.0 / sigma));
-    let mut path = VirtualPath { robot, unary: Vec::new(), steps: Vec::new(), links: Vec::new() };
-    for index in 1..=2 * pieces {
-        let (before, pose) = (at(index - 1), at(index));
-        let relative = before.inverse() * pose;
-        let covariance = odometry_covariance(relative.translation.vector.norm());
-        let information = covariance.try_inverse().expect("a diagonal matrix");
-        let back = -se3::adjoint(&relative.inverse());
-        path.steps.push(PairInformation {
-            first: back.tr_mul(&(information * back)),
-            cross: back.tr_mul(&information),
-            second: information,
-        });
-        let mut unary = Matrix6::zeros();
-        unary[(2, 2)] = 1.0 / (0.02 * 0.02);
-        for axis in 3..6 {
-            unary[(axis, axis)] = 0.25_f64.to_radians().powi(-2);
+    let odometry = |from: &Pose, to: &Pose| {
+        let distance = (to.translation.vector - from.translation.vector).norm();
+        let sigmas = odometry_covariance(distance).diagonal().map(|variance| variance.sqrt().recip());
+        information::odometry(from, to, &Matrix6::from_diagonal(&sigmas))
+    };
+    let camera_weights = Matrix5::from_diagonal(&camera_sigmas().map(|sigma| 1.0 / sigma));
+    let tilt = 0.25_f64.to_radians();
+    let mut path =
+        VirtualPath { robot, unary: Vec::new(), out: Vec::new(), back: Vec::new(), links: Vec::new() };
+    for place in 0..=pieces {
+        let pose = at(place);
+        path.unary.push(information::attitude(&pose, tilt, Some(tilt)) + information::depth(&pose, 0.02));
+        if place > 0 {
+            path.out.push(odometry(&at(place - 1), &pose));
+            path.back.push(odometry(&pose, &at(place - 1)));
         }
-        path.unary.push(unary);
         let mut near: Vec<(f64, usize)> = poses
             .iter()
             .enumerate()
@@ -244,9 +240,9 @@ fn path_to(smoother: &Smoother, goal: usize) -> Result<VirtualPath, KernelError>
         for &(_, keyframe) in near.iter().take(4) {
             let mount = body_from_camera();
             path.links.push(VirtualLink {
-                node: index as u32,
+                place: place as u32,
                 keyframe: Node(keyframe as u32),
-                information: information::camera(&poses[keyframe], &mount, &pose, &mount, &root)?,
+                information: information::camera(&poses[keyframe], &mount, &pose, &mount, &camera_weights)?,
                 probability: 0.6,
             });
         }

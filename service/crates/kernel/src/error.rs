@@ -114,14 +114,15 @@ pub enum KernelError {
 
     /// The parts of a virtual path do not fit together.
     #[error(
-        "a path needs at least one virtual node, as many steps as nodes, and links to its own nodes: {unary} nodes, {steps} steps, links fit: {links_fit}"
+        "a path needs at least one place, a step between each two of them on either way, and links at its own places: \
+         {places} places, {steps:?} steps out and back, links fit: {links_fit}"
     )]
     PathShape {
-        /// Number of virtual nodes.
-        unary: usize,
-        /// Number of steps.
-        steps: usize,
-        /// Whether every link names a node from 1 to the number of nodes.
+        /// Number of places besides the robot's.
+        places: usize,
+        /// Number of steps of the way out and of the way back.
+        steps: [usize; 2],
+        /// Whether every link names a place from 0 to the number of places.
         links_fit: bool,
     },
 }

@@ -5,7 +5,7 @@ use crate::registration::{Link, links};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::{Snapshot, SnapshotKeyframe};
 use nalgebra::{Matrix5, Matrix6, Vector5};
-use pdn_kernel::elimination::{LinkWeight, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{VirtualLink, VirtualPath, Workspace};
 use pdn_kernel::information::PairInformation;
 use pdn_kernel::se3::{Pose, adjoint};
 use pdn_kernel::{Node, information};
@@ -80,18 +80,25 @@ pub fn expect(
     workspace: &mut Workspace,
 ) -> Result<Belief, PlanningError> {
     let path = virtual_path(snapshot, trip)?;
-    let mut covariance =
-        |weight, along| snapshot.elimination.expected_covariance(&path, weight, along, workspace);
-    let expected = covariance(LinkWeight::Expected, true)?;
-    let terminal_all_links = covariance(LinkWeight::All, false)?.terminal;
-    let terminal_no_links = covariance(LinkWeight::None, false)?.terminal;
+    let robot_covariance = snapshot.robot_covariance()?;
+    let expected = snapshot.elimination.expected_covariances(&path, &robot_covariance, workspace)?;
     Ok(Belief {
         terminal: expected.terminal,
-        terminal_all_links,
-        terminal_no_links,
+        terminal_all_links: expected.terminal_all_links,
+        terminal_no_links: expected.terminal_no_links,
         along: expected.along,
-        links: path.links.iter().map(|link| (link.node, link.keyframe, link.probability)).collect(),
+        links: links_by_node(&path),
     })
+}
+
+/// Virtual node, keyframe and P_L of each expected registration, by node: what is expected at a place, at each of its nodes.
+fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
+    let nodes = |link: &VirtualLink| path.nodes_at(link.place).into_iter().flatten();
+    let links = path.links.iter();
+    let mut links: Vec<(u32, Node, f64)> =
+        links.flat_map(|link| nodes(link).map(|node| (node, link.keyframe, link.probability))).collect();
+    links.sort_by_key(|&(node, ..)| node); // stable: of a node, the most probable first
+    links
 }
 
 /// Lambda_odo, Lambda_cam and the absolute sensors' information of a round trip [PDN12, eqs. 1, 3], with virtual
@@ -101,27 +108,21 @@ pub fn expect(
 /// [`PlanningError::NoKeyframe`]; the kernel's finding about a baseline.
 pub fn virtual_path(snapshot: &Snapshot, trip: &RoundTrip) -> Result<VirtualPath, PlanningError> {
     let robot = snapshot.robot()?;
-    let start = snapshot.keyframe(robot).world_from_body;
-    let steps = std::iter::once(&start).chain(&trip.poses).zip(&trip.poses);
+    let outbound = &trip.poses[..trip.poses.len() / 2];
+    let places: Vec<Pose> =
+        std::iter::once(snapshot.keyframe(robot).world_from_body).chain(outbound.iter().copied()).collect();
     let mut path = VirtualPath {
         robot,
-        unary: trip.poses.iter().map(|pose| absolute_information(snapshot, pose)).collect(),
-        steps: steps.map(|(from, to)| expected_odometry(snapshot, from, to)).collect(),
+        unary: places.iter().map(|pose| absolute_information(snapshot, pose)).collect(),
+        out: places.windows(2).map(|step| expected_odometry(snapshot, &step[0], &step[1])).collect(),
+        back: places.windows(2).map(|step| expected_odometry(snapshot, &step[1], &step[0])).collect(),
         links: Vec::new(),
     };
-    let mut at_places: Vec<Vec<(Link, PairInformation)>> = Vec::with_capacity(trip.poses.len());
-    for (index, pose) in trip.poses.iter().enumerate() {
-        let at_place = match trip.outbound_of(index) {
-            Some(outbound) => at_places[outbound].clone(),
-            None => expected_registrations(snapshot, pose)?,
-        };
-        path.links.extend(at_place.iter().map(|(link, information)| VirtualLink {
-            node: index as u32 + 1,
-            keyframe: link.keyframe,
-            information: *information,
-            probability: link.probability,
-        }));
-        at_places.push(at_place);
+    for (place, pose) in (0..).zip(&places) {
+        for (link, information) in expected_registrations(snapshot, pose)? {
+            let Link { keyframe, probability } = link;
+            path.links.push(VirtualLink { place, keyframe, information, probability });
+        }
     }
     Ok(path)
 }

@@ -8,11 +8,8 @@ use crate::route::{Route, routes};
 use crate::snapshot::{Snapshot, keep};
 use nalgebra::Matrix6;
 use pdn_kernel::se3::Pose;
-use pdn_kernel::{KernelError, Node, gaussian};
+use pdn_kernel::{Node, gaussian};
 use std::collections::BTreeMap;
-
-/// One in so many keyframes is few: then their marginals are found one by one.
-const FEW: usize = 32;
 
 /// A cluster of salient keyframes, and the one that represents it.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,11 +39,9 @@ pub struct Waypoint {
 pub fn waypoints(snapshot: &Snapshot) -> Result<&[Waypoint], PlanningError> {
     let found = keep(&snapshot.derived.waypoints, || {
         let clusters = clusters(snapshot);
-        let marginals = Marginals::of(snapshot, clusters.iter().map(Vec::len).sum())?;
-        let mut chosen = clusters
-            .into_iter()
-            .map(|members| represent(snapshot, &marginals, members))
-            .collect::<Result<Vec<Waypoint>, _>>()?;
+        let uncertainties = uncertainties(snapshot, clusters.iter().flatten().map(|&(_, node)| node))?;
+        let chosen = clusters.into_iter().map(|members| represent(snapshot, &uncertainties, members));
+        let mut chosen: Vec<Waypoint> = chosen.collect();
         chosen.sort_by_key(|waypoint| waypoint.keyframe);
         let goals: Vec<Node> = chosen.iter().map(|waypoint| waypoint.node).collect();
         for (waypoint, route) in chosen.iter_mut().zip(routes(snapshot, &goals)?) {
@@ -82,16 +77,25 @@ fn clusters(snapshot: &Snapshot) -> Vec<Vec<(u64, Node)>> {
     clusters.into_iter().map(|ids| ids.into_iter().map(|id| (id, node_of[&id])).collect()).collect()
 }
 
+/// u = |Sigma|^(1/6) of each node's marginal, by node.
+fn uncertainties(
+    snapshot: &Snapshot,
+    nodes: impl Iterator<Item = Node>,
+) -> Result<BTreeMap<Node, f64>, PlanningError> {
+    let mut nodes: Vec<Node> = nodes.collect();
+    nodes.sort_unstable();
+    let marginals = snapshot.elimination.marginals_of(&nodes)?;
+    let known = nodes.into_iter().zip(&marginals);
+    known.map(|(node, marginal)| Ok((node, sixth_root_determinant(marginal)?))).collect()
+}
+
 /// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose; ties to the lower id.
 fn represent(
     snapshot: &Snapshot,
-    marginals: &Marginals,
+    uncertainties: &BTreeMap<Node, f64>,
     members: Vec<(u64, Node)>,
-) -> Result<Waypoint, PlanningError> {
-    let uncertainties: Vec<f64> = members
-        .iter()
-        .map(|&(_, node)| sixth_root_determinant(&marginals.marginal(node)?))
-        .collect::<Result<_, PlanningError>>()?;
+) -> Waypoint {
+    let uncertainties: Vec<f64> = members.iter().map(|(_, node)| uncertainties[node]).collect();
     let least = uncertainties.iter().copied().fold(f64::INFINITY, f64::min);
     let score =
         |index: usize| snapshot.keyframe(members[index].1).saliency.global * (least / uncertainties[index]);
@@ -102,7 +106,7 @@ fn represent(
         }
     }
     let (keyframe, node) = members[best];
-    Ok(Waypoint {
+    Waypoint {
         keyframe,
         node,
         pose: snapshot.keyframe(node).world_from_body,
@@ -111,29 +115,6 @@ fn represent(
         members: members.into_iter().map(|(id, _)| id).collect(),
         route: None,
         candidate: false,
-    })
-}
-
-/// Marginals of the clusters' keyframes: all of the graph in one pass, or one by one where few are needed.
-enum Marginals<'a> {
-    All(Vec<Matrix6<f64>>),
-    Single(&'a Snapshot),
-}
-
-impl Marginals<'_> {
-    fn of(snapshot: &Snapshot, needed: usize) -> Result<Marginals<'_>, PlanningError> {
-        Ok(if needed * FEW < snapshot.keyframes.len() {
-            Marginals::Single(snapshot)
-        } else {
-            Marginals::All(snapshot.elimination.marginals())
-        })
-    }
-
-    fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
-        match self {
-            Marginals::All(marginals) => Ok(marginals[node.index()]),
-            Marginals::Single(snapshot) => snapshot.elimination.marginal(node),
-        }
     }
 }
 

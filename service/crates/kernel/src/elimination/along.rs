@@ -7,6 +7,8 @@ use super::chain::PairCovariance;
 use super::dense;
 use super::expected::Workspace;
 use super::takahashi::FrontCovariance;
+use super::variables::{Combination, Variables, Way};
+use super::virtual_path::VirtualPath;
 
 /// Factors of the touched fronts, in the order of elimination.
 #[derive(Debug, Default)]
@@ -41,55 +43,59 @@ impl Record {
 }
 
 impl Workspace {
-    /// Covariance of each virtual node 1 to n, after `terminal` with `record`. `robot` is the robot's id, `base` the id of
-    /// the first kept node.
-    pub(super) fn along(&self, robot: u32, base: u32) -> Vec<Matrix6<f64>> {
-        let kept = &self.attachment.chain.kept;
-        let mut own = vec![Matrix6::zeros(); kept.len()];
-        let mut pairs: Vec<Option<PairCovariance>> = vec![None; kept.len()];
-        self.descend(robot, base, |ids, frontal, covariance| {
-            for (place, &id) in ids[..frontal].iter().enumerate() {
-                // The nodes along the path: the robot, then the kept ones.
-                let step = if id == robot {
-                    0
-                } else if id >= base {
-                    own[(id - base) as usize] = covariance.own_block(place);
-                    (id - base) as usize + 1
-                } else {
-                    continue;
-                };
-                let find = |step: usize| {
-                    let wanted = if step == 0 { robot } else { base + step as u32 - 1 };
-                    ids.iter().position(|&id| id == wanted)
-                };
-                let mut join = |first: usize, second: usize, at: usize| {
-                    pairs[at] = Some(PairCovariance {
-                        first: covariance.own_block(first),
-                        cross: covariance.block(first, second),
-                        second: covariance.own_block(second),
-                    });
-                };
-                if let Some(before) = step.checked_sub(1).and_then(find) {
-                    join(before, place, step - 1);
+    /// Covariance of each virtual node 1 to n over so many keyframes, after `terminal` with `record`.
+    pub(super) fn along(&self, path: &VirtualPath, nodes: u32) -> Vec<Matrix6<f64>> {
+        let variables = self.attachment.variables(nodes);
+        let chain = &self.attachment.chain;
+        let mut covariances = vec![Matrix6::zeros(); path.nodes() as usize];
+        let mut joints = vec![[None; 2]; chain.kept.len()];
+        let mut has_gap = vec![false; chain.kept.len()];
+        chain.gaps.iter().for_each(|gap| has_gap[gap.next_kept as usize] = true);
+        let robot_wanted = has_gap[0];
+        let is_wanted = |id| id >= variables.base || (robot_wanted && id == path.robot.0);
+        self.descend(is_wanted, |ids, frontal, covariance| {
+            let front = FrontRows { ids, covariance };
+            for &id in &ids[..frontal] {
+                let kept = if id >= variables.base { variables.kept_of(id) } else { None };
+                if id == variables.terminal() {
+                    covariances[path.nodes() as usize - 1] = front.own(&variables.start(id, Way::Back));
                 }
-                if let Some(after) = Some(step + 1).filter(|&next| next <= kept.len()).and_then(find) {
-                    join(place, after, step);
+                if let Some(kept) = kept {
+                    let nodes = path.nodes_at(chain.kept[kept as usize]);
+                    for (node, way) in nodes.into_iter().zip([Way::Out, Way::Back]) {
+                        if let Some(node) = node {
+                            covariances[node as usize - 1] = front.own(&variables.node(kept, way));
+                        }
+                    }
+                }
+                // The joint covariance of two neighbours is known in the front of the lower one.
+                let first = kept.unwrap_or(0);
+                for later in (first..(first + 2).min(variables.kept)).filter(|&later| has_gap[later as usize])
+                {
+                    for (joint, way) in joints[later as usize].iter_mut().zip([Way::Out, Way::Back]) {
+                        *joint = joint.or_else(|| front.joint(variables, path.robot.0, later, way));
+                    }
                 }
             }
         });
-        self.fill_gaps(&own, &pairs)
+        self.fill_gaps(path, &joints, &mut covariances);
+        covariances
     }
 
-    /// Visits the touched fronts that eliminate a node of the path, and those above them, from the top down with their
+    /// Visits the touched fronts that eliminate a wanted row, and those above them, from the top down with their
     /// ids, the number eliminated in each, and the covariance of all its rows.
-    fn descend(&self, robot: u32, base: u32, mut visit: impl FnMut(&[u32], usize, &FrontCovariance)) {
+    fn descend(
+        &self,
+        is_wanted: impl Fn(u32) -> bool,
+        mut visit: impl FnMut(&[u32], usize, &FrontCovariance),
+    ) {
         let count = self.attachment.touched.len();
         let mut needed = vec![false; count];
         let mut first_child = vec![NONE; count];
         let mut sibling = vec![NONE; count];
         for index in 0..count {
             let (entry, ids) = self.recorded(index);
-            needed[index] |= ids[..entry.frontal].iter().any(|&id| id == robot || id >= base);
+            needed[index] |= ids[..entry.frontal].iter().any(|&id| is_wanted(id));
             if let Some(&parent) = self.attachment.parents.get(index).filter(|_| needed[index]) {
                 needed[parent as usize] = true;
                 sibling[index] = first_child[parent as usize];
@@ -125,23 +131,65 @@ impl Workspace {
         (entry, &self.record.ids[entry.first_id..entry.first_id + entry.blocks])
     }
 
-    /// Puts the nodes that were taken out of the chain back in, from the end of the path to its beginning.
-    fn fill_gaps(&self, own: &[Matrix6<f64>], pairs: &[Option<PairCovariance>]) -> Vec<Matrix6<f64>> {
-        let mut covariances =
-            vec![Matrix6::zeros(); self.attachment.chain.kept.last().map_or(0, |&last| last as usize)];
-        for (&node, covariance) in self.attachment.chain.kept.iter().zip(own) {
-            covariances[node as usize - 1] = *covariance;
-        }
-        let mut around: Option<(u32, PairCovariance)> = None;
+    /// Puts the places that were taken out of the chain back in, from the end of the path to its beginning.
+    fn fill_gaps(
+        &self,
+        path: &VirtualPath,
+        joints: &[[Option<PairCovariance>; 2]],
+        covariances: &mut [Matrix6<f64>],
+    ) {
+        let mut around: Option<(u32, [PairCovariance; 2])> = None;
         for gap in self.attachment.chain.gaps.iter().rev() {
             let outer = match around {
                 Some((next_kept, inner)) if next_kept == gap.next_kept => inner,
-                _ => pairs[gap.next_kept as usize].expect("neighbours meet in the front of the lower one"),
+                _ => joints[gap.next_kept as usize]
+                    .map(|joint| joint.expect("neighbours meet in the front of the lower one")),
             };
-            let inserted = gap.insert(&outer);
-            covariances[gap.node as usize - 1] = inserted.second;
+            let inserted = [gap.out.insert(&outer[0]), gap.back.insert(&outer[1])];
+            for (node, pair) in path.nodes_at(gap.place).into_iter().zip(&inserted) {
+                if let Some(node) = node {
+                    covariances[node as usize - 1] = pair.second;
+                }
+            }
             around = Some((gap.next_kept, inserted));
         }
-        covariances
+    }
+}
+
+/// The covariance of a front's rows, asked by nodes.
+struct FrontRows<'a> {
+    ids: &'a [u32],
+    covariance: &'a FrontCovariance,
+}
+
+impl FrontRows<'_> {
+    fn own(&self, node: &Combination) -> Matrix6<f64> {
+        self.between(node, node).expect("its unknowns are eliminated here").symmetric_part()
+    }
+
+    /// Of the nodes of one way at a kept place and at the one before it; none if they do not meet here.
+    fn joint(&self, variables: Variables, robot: u32, later: u32, way: Way) -> Option<PairCovariance> {
+        let second = variables.node(later, way);
+        let first = match later.checked_sub(1) {
+            Some(before) => variables.node(before, way),
+            None => variables.start(robot, way),
+        };
+        Some(PairCovariance {
+            first: self.between(&first, &first)?,
+            cross: self.between(&first, &second)?,
+            second: self.between(&second, &second)?,
+        })
+    }
+
+    /// Cov(one, other); none if an unknown has no row here.
+    fn between(&self, one: &Combination, other: &Combination) -> Option<Matrix6<f64>> {
+        let place = |wanted: u32| self.ids.iter().position(|&id| id == wanted);
+        let mut sum = Matrix6::zeros();
+        for &(row, of_row) in one.iter().filter(|(_, of)| *of != 0.0) {
+            for &(column, of_column) in other.iter().filter(|(_, of)| *of != 0.0) {
+                sum += self.covariance.block(place(row)?, place(column)?) * (of_row * of_column);
+            }
+        }
+        Some(sum)
     }
 }

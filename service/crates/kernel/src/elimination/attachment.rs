@@ -3,20 +3,21 @@
 
 use std::ops::Range;
 
-use super::assembly::{Assembly, NONE};
+use super::assembly::NONE;
 use super::chain::Chain;
 use super::homes::{self, TOP};
 use super::tree::Tree;
-use super::virtual_path::{LinkWeight, VirtualLink, VirtualPath};
+use super::variables::Variables;
+use super::virtual_path::{VirtualLink, VirtualPath};
 use crate::KernelError;
 
-/// A path on a tree. Kept nodes are the virtual nodes that are left after those without links are taken out.
+/// A path on a tree. Kept places are those that are left after the ones without links are taken out.
 #[derive(Debug, Default)]
 pub(super) struct Attachment {
     pub chain: Chain,
-    /// Place in `chain.kept` of each virtual node (by node - 1).
-    pub kept_place: Vec<u32>,
-    /// The front in which each kept node is eliminated, or `TOP`.
+    /// Index in `chain.kept` of each place, else `NONE`.
+    pub kept_of: Vec<u32>,
+    /// The front in which each kept place is eliminated, or `TOP`.
     pub homes: Vec<u32>,
     /// Touched fronts, children before parents, then `TOP`.
     pub touched: Vec<u32>,
@@ -25,12 +26,13 @@ pub(super) struct Attachment {
     /// The rows of each touched front; see `layout`.
     pub rows: Vec<Rows>,
     pub ids: Vec<u32>,
-    /// Links and kept nodes, by the place of the front they belong to.
+    /// Links and kept places, by the place of the front they belong to.
     pub links: Vec<(u32, u32)>,
     pub homed: Vec<(u32, u32)>,
     /// Place in `touched` of the front that eliminates the robot.
     pub robot_at: u32,
     is_linked: Vec<bool>,
+    /// Kept places and fronts they are tied to.
     anchors: Vec<(u32, u32)>,
     /// Place of each front in `touched`, else `NONE`.
     place: Vec<u32>,
@@ -39,7 +41,8 @@ pub(super) struct Attachment {
 /// A touched front's share of the path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
-    /// Its block rows in `Attachment::ids`: eliminated keyframes, eliminated kept nodes, separator, kept nodes that pass.
+    /// Its block rows in `Attachment::ids`: eliminated keyframes, eliminated unknowns of the path, separator, unknowns
+    /// that pass.
     pub ids: Range<usize>,
     /// How many of them are eliminated in it.
     pub frontal: usize,
@@ -57,23 +60,22 @@ impl Attachment {
         path: &VirtualPath,
         counts: impl Fn(&VirtualLink) -> bool,
     ) -> Result<(), KernelError> {
-        let count = path.unary.len();
         self.is_linked.clear();
-        self.is_linked.resize(count, false);
+        self.is_linked.resize(path.unary.len(), false);
         for link in path.links.iter().filter(|link| counts(link)) {
-            self.is_linked[link.node as usize - 1] = true;
+            self.is_linked[link.place as usize] = true;
         }
         self.chain.reduce(path, &self.is_linked)?;
-        self.kept_place.clear();
-        self.kept_place.resize(count, NONE);
-        for (place, &node) in self.chain.kept.iter().enumerate() {
-            self.kept_place[node as usize - 1] = place as u32;
+        self.kept_of.clear();
+        self.kept_of.resize(path.unary.len(), NONE);
+        for (index, &place) in self.chain.kept.iter().enumerate() {
+            self.kept_of[place as usize] = index as u32;
         }
 
         self.anchors.clear();
         self.anchors.push((0, tree.front_of(path.robot.0)));
         for link in path.links.iter().filter(|link| counts(link)) {
-            self.anchors.push((self.kept_place[link.node as usize - 1], tree.front_of(link.keyframe.0)));
+            self.anchors.push((self.kept_of[link.place as usize], tree.front_of(link.keyframe.0)));
         }
         homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
         self.order_touched(tree);
@@ -100,8 +102,21 @@ impl Attachment {
         for &front in &self.touched[..top as usize] {
             self.place[front as usize] = NONE;
         }
-        self.lay_out(tree, nodes, path);
+        self.lay_out(tree, self.variables(nodes), path);
         Ok(())
+    }
+
+    /// The path's unknowns over so many keyframes.
+    pub(super) fn variables(&self, nodes: u32) -> Variables {
+        Variables { base: nodes, kept: self.homes.len() as u32 }
+    }
+
+    /// The unknown that registrations at a place are with.
+    pub(super) fn linked(&self, variables: Variables, place: u32) -> u32 {
+        match self.kept_of[place as usize] {
+            NONE => variables.terminal(),
+            kept => variables.sum(kept),
+        }
     }
 
     /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the subtree of
@@ -131,47 +146,5 @@ impl Attachment {
             self.place[id as usize] = place as u32;
         }
         self.touched.push(TOP);
-    }
-
-    /// Adds a touched front's share of the path's information. `base` is the id of the first kept node.
-    pub(super) fn add_path(
-        &self,
-        assembly: &mut Assembly,
-        path: &VirtualPath,
-        weight: LinkWeight,
-        index: usize,
-        base: u32,
-    ) {
-        let rows = &self.rows[index];
-        for &(_, link) in &self.links[rows.links.clone()] {
-            let link = &path.links[link as usize];
-            let scale = weight.of(link);
-            let id = base + self.kept_place[link.node as usize - 1];
-            assembly.add_diagonal(link.keyframe.0, &(link.information.first * scale));
-            assembly.add_cross(link.keyframe.0, id, &(link.information.cross * scale));
-            assembly.add_diagonal(id, &(link.information.second * scale));
-        }
-        if self.robot_at == index as u32 {
-            self.add_join(assembly, 0, path.robot.0, base);
-        }
-        for &(_, kept) in &self.homed[rows.homed.clone()] {
-            assembly.add_diagonal(base + kept, &path.unary[self.chain.kept[kept as usize] as usize - 1]);
-            if kept > 0 && assembly.has(base + kept - 1) {
-                self.add_join(assembly, kept, base + kept - 1, base);
-            }
-            // If the next node is eliminated here too, its own turn adds what joins them.
-            let next_home = self.homes.get(kept as usize + 1);
-            if next_home.is_some_and(|&next| next != self.touched[index]) && assembly.has(base + kept + 1) {
-                self.add_join(assembly, kept + 1, base + kept, base);
-            }
-        }
-    }
-
-    /// What joins a kept node to the node before it along the path, whose id is `before`.
-    fn add_join(&self, assembly: &mut Assembly, kept: u32, before: u32, base: u32) {
-        let join = &self.chain.joins[kept as usize];
-        assembly.add_diagonal(before, &join.first);
-        assembly.add_cross(before, base + kept, &join.cross);
-        assembly.add_diagonal(base + kept, &join.second);
     }
 }

@@ -1,4 +1,4 @@
-//! Virtual nodes that register with nothing: eliminated along the path before anything else.
+//! Places at which nothing registers: their nodes are eliminated along the path before anything else.
 
 use nalgebra::Matrix6;
 
@@ -7,25 +7,39 @@ use super::virtual_path::VirtualPath;
 use crate::KernelError;
 use crate::information::PairInformation;
 
-/// A path of which only the nodes with links, and the last, are left.
+/// A path of which only the places with links, and the last, are left.
 #[derive(Debug, Default)]
 pub(super) struct Chain {
-    /// Virtual nodes (1 to n) that are left, ascending; the last is n.
+    /// Places (1 to m) that are left, ascending; the last is m.
     pub kept: Vec<u32>,
-    /// Information between each kept node and the one before it; before the first is the robot.
-    pub joins: Vec<PairInformation>,
-    /// The nodes taken out, ascending.
+    /// What joins each kept place to the one before it; before the first is place 0.
+    pub joins: Vec<Join>,
+    /// The places taken out, ascending.
     pub gaps: Vec<Gap>,
 }
 
-/// A node that was taken out between node a before it (kept, or the robot) and node b right after it:
-/// given those, its mean is -A x_a - B x_b and its covariance D^-1.
+/// Information between a place (`second`) and the one before it (`first`), seen from the robot: of the nodes of the
+/// way out, and of those of the way back.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Join {
+    pub out: PairInformation,
+    pub back: PairInformation,
+}
+
+/// A place that was taken out.
 #[derive(Debug)]
 pub(super) struct Gap {
-    /// Virtual node, 1 to n - 1.
-    pub node: u32,
-    /// Place in `kept` of the next kept node.
+    pub place: u32,
+    /// Index in `kept` of the next kept place.
     pub next_kept: u32,
+    pub out: GapNode,
+    pub back: GapNode,
+}
+
+/// A node that was taken out between node a before it and node b right after it: given those, its mean is
+/// -A x_a - B x_b and its covariance `own`.
+#[derive(Debug)]
+pub(super) struct GapNode {
     own: Matrix6<f64>,
     before: Matrix6<f64>,
     after: Matrix6<f64>,
@@ -41,39 +55,54 @@ pub(super) struct PairCovariance {
 }
 
 impl Chain {
-    /// Takes out every node but the last that `is_linked` (by node - 1) does not name.
+    /// Takes out every place but the last that `is_linked` (by place) does not name.
     pub(super) fn reduce(&mut self, path: &VirtualPath, is_linked: &[bool]) -> Result<(), KernelError> {
         self.kept.clear();
         self.joins.clear();
         self.gaps.clear();
-        let count = path.unary.len();
-        let mut join = path.steps[0];
-        for (index, &is_linked) in is_linked.iter().enumerate() {
-            let node = index as u32 + 1;
-            if is_linked || index + 1 == count {
-                let next = if index + 1 < count { path.steps[index + 1] } else { join };
-                self.joins.push(std::mem::replace(&mut join, next));
-                self.kept.push(node);
+        let step = |place: usize| Join { out: path.out[place - 1], back: path.back[place - 1].exchanged() };
+        let mut join = step(1);
+        for place in 1..path.unary.len() {
+            if is_linked[place] || place as u32 == path.places() {
+                self.joins.push(join);
+                self.kept.push(place as u32);
+                if (place as u32) < path.places() {
+                    join = step(place + 1);
+                }
                 continue;
             }
-            let step = &path.steps[index + 1];
-            let information = join.second + path.unary[index] + step.first;
-            let own = positive_definite::inverse(&information)
-                .map_err(|pivot| KernelError::VirtualNotPositiveDefinite { node, pivot })?;
-            let before = own * join.cross.transpose();
-            let after = own * step.cross;
-            join = PairInformation {
-                first: (join.first - join.cross * before).symmetric_part(),
-                cross: -join.cross * after,
-                second: (step.second - step.cross.transpose() * after).symmetric_part(),
-            };
-            self.gaps.push(Gap { node, next_kept: self.kept.len() as u32, own, before, after });
+            let next = step(place + 1);
+            let unary = &path.unary[place];
+            let [out_node, back_node] = path.nodes_at(place as u32).map(Option::unwrap_or_default);
+            let (out, out_join) = take_out(&join.out, unary, &next.out, out_node)?;
+            let (back, back_join) = take_out(&join.back, unary, &next.back, back_node)?;
+            join = Join { out: out_join, back: back_join };
+            self.gaps.push(Gap { place: place as u32, next_kept: self.kept.len() as u32, out, back });
         }
         Ok(())
     }
 }
 
-impl Gap {
+/// Eliminates a node between two others; returns it and what then joins them.
+fn take_out(
+    before: &PairInformation,
+    unary: &Matrix6<f64>,
+    after: &PairInformation,
+    node: u32,
+) -> Result<(GapNode, PairInformation), KernelError> {
+    let own = positive_definite::inverse(&(before.second + unary + after.first))
+        .map_err(|pivot| KernelError::VirtualNotPositiveDefinite { node, pivot })?;
+    let to_before = own * before.cross.transpose();
+    let to_after = own * after.cross;
+    let join = PairInformation {
+        first: (before.first - before.cross * to_before).symmetric_part(),
+        cross: -before.cross * to_after,
+        second: (after.second - after.cross.tr_mul(&to_after)).symmetric_part(),
+    };
+    Ok((GapNode { own, before: to_before, after: to_after }, join))
+}
+
+impl GapNode {
     /// From the joint covariance of the nodes before and after: that of the node before (first) and this one (second).
     pub(super) fn insert(&self, around: &PairCovariance) -> PairCovariance {
         let PairCovariance { first, cross, second } = around;

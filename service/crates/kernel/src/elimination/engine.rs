@@ -145,7 +145,7 @@ impl Elimination {
         let counts = |link: &VirtualLink| weight.of(link) > 0.0;
         workspace.attachment.attach(&self.tree, self.len() as u32, path, counts)?;
         let terminal = workspace.terminal(ground, path, weight, along)?;
-        let along = if along { workspace.along(path.robot.0, self.len() as u32) } else { Vec::new() };
+        let along = if along { workspace.along(path, self.len() as u32) } else { Vec::new() };
         Ok(ExpectedCovariance { terminal, along })
     }
 
@@ -164,7 +164,7 @@ impl Elimination {
         workspace.attachment.attach(&self.tree, self.len() as u32, path, |_| true)?;
         let terminal_all_links = workspace.terminal(ground, path, LinkWeight::All, false)?;
         let terminal = workspace.terminal(ground, path, LinkWeight::Expected, true)?;
-        let along = workspace.along(path.robot.0, self.len() as u32);
+        let along = workspace.along(path, self.len() as u32);
         let terminal_no_links = expected::terminal_without_links(path, robot_covariance)?;
         Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
@@ -247,10 +247,11 @@ impl Elimination {
     }
 
     fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
-        let count = path.unary.len();
-        let links_fit = path.links.iter().all(|link| (1..=count).contains(&(link.node as usize)));
-        if count == 0 || path.steps.len() != count || !links_fit {
-            return Err(KernelError::PathShape { unary: count, steps: path.steps.len(), links_fit });
+        let places = path.unary.len().saturating_sub(1);
+        let links_fit = path.links.iter().all(|link| link.place as usize <= places);
+        if places == 0 || path.out.len() != places || path.back.len() != places || !links_fit {
+            let steps = [path.out.len(), path.back.len()];
+            return Err(KernelError::PathShape { places, steps, links_fit });
         }
         self.check(path.robot)?;
         path.links.iter().try_for_each(|link| self.check(link.keyframe))

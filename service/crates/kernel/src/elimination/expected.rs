@@ -4,10 +4,12 @@ use nalgebra::Matrix6;
 
 use super::assembly::Assembly;
 use super::attachment::Attachment;
+use super::contribution::Contribution;
 use super::homes::TOP;
 use super::system::BlockSystem;
 use super::tree::Tree;
 use super::update_stack::UpdateStack;
+use super::variables::Variables;
 use super::virtual_path::{LinkWeight, VirtualPath};
 use super::{along, positive_definite};
 use crate::{KernelError, Node};
@@ -46,8 +48,25 @@ impl Workspace {
     ) -> Result<Matrix6<f64>, KernelError> {
         self.record.clear();
         self.updates.clear();
+        let variables = self.attachment.variables(ground.system.len() as u32);
+        let contribution = Contribution::new(&self.attachment, path, weight, variables);
         for index in 0..self.attachment.touched.len() {
-            self.eliminate(ground, path, weight, index)?;
+            let front = self.attachment.touched[index];
+            let below = self.updates.first_below(ground.tree, front);
+            let rows = &self.attachment.rows[index];
+            let ids = self.attachment.ids[rows.ids.clone()].iter().copied();
+            self.assembly.begin(ids, rows.frontal, variables.id_bound());
+            let updates = &self.updates;
+            let put_together = |assembly: &mut Assembly| {
+                contribution.add(assembly, index);
+                add_graph(assembly, ground, front, updates, below);
+            };
+            put_together(&mut self.assembly);
+            self.assembly
+                .eliminate(put_together)
+                .map_err(|(id, pivot)| self.attachment.lost(variables, path, id, pivot))?;
+            self.flops += self.assembly.flops();
+            self.updates.replace(below, front, &self.assembly);
             if record {
                 self.record.push(&self.assembly);
             }
@@ -55,50 +74,32 @@ impl Workspace {
         let information = self.assembly.last_pivot();
         Ok(positive_definite::inverse(&information).expect("a pivot that was accepted is positive definite"))
     }
+}
 
-    /// Eliminates a touched front together with what the path adds to it.
-    fn eliminate(
-        &mut self,
-        ground: Ground,
-        path: &VirtualPath,
-        weight: LinkWeight,
-        index: usize,
-    ) -> Result<(), KernelError> {
-        let base = ground.system.len() as u32;
-        let attachment = &self.attachment;
-        let front = attachment.touched[index];
-        let below = self.updates.first_below(ground.tree, front);
-        let rows = &attachment.rows[index];
-        self.assembly.begin(
-            attachment.ids[rows.ids.clone()].iter().copied(),
-            rows.frontal,
-            base as usize + attachment.homes.len(),
-        );
-        let updates = &self.updates;
-        let put_together = |assembly: &mut Assembly| {
-            attachment.add_path(assembly, path, weight, index, base);
-            if front != TOP {
-                let shape = &ground.tree.front(front).shape;
-                assembly.add_system(ground.system, &shape.frontal);
-                for &child in shape.children.iter().filter(|&&child| !updates.holds(below, child)) {
-                    let child = ground.tree.front(child);
-                    assembly.add_update(&child.shape.separator, &child.update);
-                }
-            }
-            for entry in below..updates.len() {
-                assembly.add_update(updates.ids(entry), updates.values(entry));
-            }
-        };
-        put_together(&mut self.assembly);
-        self.assembly.eliminate(put_together).map_err(|(id, pivot)| match id.checked_sub(base) {
-            None => KernelError::NotPositiveDefinite { node: Node(id), pivot },
-            Some(kept) => {
-                KernelError::VirtualNotPositiveDefinite { node: attachment.chain.kept[kept as usize], pivot }
-            }
-        })?;
-        self.flops += self.assembly.flops();
-        self.updates.replace(below, front, &self.assembly);
-        Ok(())
+/// What a touched front has without the path: its blocks of the system, and the update matrices of its children, those of
+/// the touched ones from the stack.
+fn add_graph(assembly: &mut Assembly, ground: Ground, front: u32, updates: &UpdateStack, below: usize) {
+    if front != TOP {
+        let shape = &ground.tree.front(front).shape;
+        assembly.add_system(ground.system, &shape.frontal);
+        for &child in shape.children.iter().filter(|&&child| !updates.holds(below, child)) {
+            let child = ground.tree.front(child);
+            assembly.add_update(&child.shape.separator, &child.update);
+        }
+    }
+    for entry in below..updates.len() {
+        assembly.add_update(updates.ids(entry), updates.values(entry));
+    }
+}
+
+impl Attachment {
+    /// The error for a row without a pivot.
+    fn lost(&self, variables: Variables, path: &VirtualPath, id: u32, pivot: f64) -> KernelError {
+        if id < variables.base {
+            return KernelError::NotPositiveDefinite { node: Node(id), pivot };
+        }
+        let place = variables.kept_of(id).map(|kept| self.chain.kept[kept as usize]);
+        KernelError::VirtualNotPositiveDefinite { node: place.unwrap_or(path.nodes()), pivot }
     }
 }
 
@@ -111,10 +112,12 @@ pub(super) fn terminal_without_links(
 ) -> Result<Matrix6<f64>, KernelError> {
     let lacks = |node| move |pivot| KernelError::VirtualNotPositiveDefinite { node, pivot };
     let mut information = positive_definite::inverse(robot_covariance).map_err(lacks(0))?;
-    for ((step, unary), node) in path.steps.iter().zip(&path.unary).zip(0..) {
+    for node in 0..path.nodes() {
+        let step = path.step(node);
         let carried = positive_definite::inverse(&(information + step.first)).map_err(lacks(node))?;
+        let unary = &path.unary[path.place_of(node + 1) as usize];
         let kept = step.second + unary - step.cross.tr_mul(&(carried * step.cross));
         information = kept.symmetric_part();
     }
-    positive_definite::inverse(&information).map_err(lacks(path.unary.len() as u32))
+    positive_definite::inverse(&information).map_err(lacks(path.nodes()))
 }

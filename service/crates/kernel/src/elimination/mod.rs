@@ -42,10 +42,12 @@ mod virtual_path;
 mod along;
 mod attachment;
 mod chain;
+mod contribution;
 mod expected;
 mod homes;
 mod layout;
 mod update_stack;
+mod variables;
 
 pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;

@@ -1,39 +1,74 @@
-//! What a candidate path adds to the pose graph: virtual nodes and their expected information.
+//! What a round trip that has not been driven adds to the pose graph: virtual nodes and their expected information.
 
 use nalgebra::Matrix6;
 
 use crate::Node;
 use crate::information::PairInformation;
 
-/// A path that has not been driven: virtual nodes 1 to n after the robot, which is node 0.
+/// A round trip from the robot over places 1 to m and back over the same ones to where it began, place 0.
 ///
-/// All information is at the linearisation points of the elimination it is added to, tangent
-/// order `[rho (m); phi (rad)]` of each node's right perturbation.
+/// Its virtual nodes are 1 to n = 2m: node i <= m stands at place i on the way out, node n - i at place i on the
+/// way back; node n, the terminal one, ends at place 0. The robot itself is node 0. What is expected at a place, its
+/// sensors and its possible registrations, is expected each time it is passed. All information is at the
+/// linearisation points of the elimination it is added to, tangent order `[rho (m); phi (rad)]`.
 #[derive(Clone, Debug)]
 pub struct VirtualPath {
     /// The keyframe at which the path begins: virtual node 0.
     pub robot: Node,
-    /// Information of each virtual node 1 to n on its own (expected attitude and depth; may be zero).
-    /// Its length is n, which is at least 1.
+    /// Information of a node on its own (expected attitude and depth; may be zero) at each place 0 to m, m at least 1.
+    /// At place 0 it is the terminal node's.
     pub unary: Vec<Matrix6<f64>>,
-    /// Odometry information: entry i joins virtual nodes i and i + 1 (`first` = node i,
-    /// `second` = node i + 1), i = 0 to n - 1.
-    pub steps: Vec<PairInformation>,
-    /// Possible registrations of virtual nodes with keyframes, in any order.
+    /// Odometry information of the way out: entry i joins place i (`first`) and place i + 1 (`second`), i = 0 to m - 1.
+    pub out: Vec<PairInformation>,
+    /// Odometry information of the way back: entry i joins place i + 1 (`first`) and place i (`second`).
+    pub back: Vec<PairInformation>,
+    /// Possible registrations at the places with keyframes, in any order.
     pub links: Vec<VirtualLink>,
 }
 
-/// A possible registration between a virtual node and a keyframe.
+/// A possible registration between a node at a place and a keyframe.
 #[derive(Clone, Debug)]
 pub struct VirtualLink {
-    /// Virtual node, 1 to n.
-    pub node: u32,
+    /// Place, 0 to m.
+    pub place: u32,
     /// The keyframe it would register with.
     pub keyframe: Node,
     /// Information of a registration that succeeds (`first` = keyframe, `second` = virtual node).
     pub information: PairInformation,
     /// Probability P_L that it succeeds, 0 to 1.
     pub probability: f64,
+}
+
+impl VirtualPath {
+    /// m, the number of places besides the robot's.
+    pub fn places(&self) -> u32 {
+        self.unary.len() as u32 - 1
+    }
+
+    /// n, the number of virtual nodes besides the robot.
+    pub fn nodes(&self) -> u32 {
+        2 * self.places()
+    }
+
+    /// The place of a virtual node 1 to n.
+    pub fn place_of(&self, node: u32) -> u32 {
+        node.min(self.nodes() - node)
+    }
+
+    /// The virtual nodes at a place, on the way out and on the way back; place 0 has the terminal node, place m one node.
+    pub fn nodes_at(&self, place: u32) -> [Option<u32>; 2] {
+        let out = (place > 0).then_some(place);
+        [out, (place < self.places()).then_some(self.nodes() - place)]
+    }
+
+    /// Odometry information between virtual nodes i (`first`) and i + 1 (`second`), i = 0 to n - 1.
+    pub fn step(&self, node: u32) -> &PairInformation {
+        if node < self.places() {
+            &self.out[node as usize]
+        } else {
+            &self.back[(self.nodes() - node - 1) as usize]
+        }
+    }
 }
 
 /// How links count.

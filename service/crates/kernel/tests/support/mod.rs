@@ -176,27 +176,28 @@ pub fn scaled_difference(found: &Matrix6<f64>, expected: &Matrix6<f64>) -> f64 {
     greatest
 }
 
-/// A path with links to random keyframes at random places.
-pub fn random_path(keyframes: usize, count: usize, links: usize, random: &mut Random) -> VirtualPath {
-    let unary = (0..count)
+/// A round trip over so many places with links to random keyframes.
+pub fn random_path(keyframes: usize, places: usize, links: usize, random: &mut Random) -> VirtualPath {
+    let unary = (0..=places)
         .map(|_| if random.below(2) == 0 { Matrix6::zeros() } else { 0.1 * random.positive() })
         .collect();
-    let steps = (0..count).map(|_| random.pair()).collect();
+    let out = (0..places).map(|_| random.pair()).collect();
+    let back = (0..places).map(|_| random.pair()).collect();
     let links = (0..links)
         .map(|_| VirtualLink {
-            node: 1 + random.below(count) as u32,
+            place: random.below(places + 1) as u32,
             keyframe: Node(random.below(keyframes) as u32),
             information: random.pair(),
             probability: if random.below(5) == 0 { 0.0 } else { random.unit() },
         })
         .collect();
-    VirtualPath { robot: Node(random.below(keyframes) as u32), unary, steps, links }
+    VirtualPath { robot: Node(random.below(keyframes) as u32), unary, out, back, links }
 }
 
 /// Lambda_0 plus the path's information, dense, virtual nodes at the end.
 pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWeight) -> DMatrix<f64> {
     let (lambda, _) = dense(system);
-    let (keyframes, count) = (system.len(), path.unary.len());
+    let (keyframes, count) = (system.len(), path.nodes() as usize);
     let mut matrix = DMatrix::zeros(6 * (keyframes + count), 6 * (keyframes + count));
     matrix.view_mut((0, 0), (6 * keyframes, 6 * keyframes)).copy_from(&lambda);
     let mut add = |one: usize, other: usize, pair: &PairInformation, scale: f64| {
@@ -210,17 +211,19 @@ pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWei
             view += block * scale;
         }
     };
-    let place = |node: usize| if node == 0 { path.robot.index() } else { keyframes + node - 1 };
-    for (index, step) in path.steps.iter().enumerate() {
-        add(place(index), place(index + 1), step, 1.0);
+    let row = |node: usize| if node == 0 { path.robot.index() } else { keyframes + node - 1 };
+    for node in 0..count {
+        add(row(node), row(node + 1), path.step(node as u32), 1.0);
     }
     for link in &path.links {
-        add(link.keyframe.index(), place(link.node as usize), &link.information, weight.of(link));
+        for node in path.nodes_at(link.place).into_iter().flatten() {
+            add(link.keyframe.index(), row(node as usize), &link.information, weight.of(link));
+        }
     }
-    for (index, unary) in path.unary.iter().enumerate() {
-        let at = 6 * place(index + 1);
+    for node in 1..=count {
+        let at = 6 * row(node);
         let mut view = matrix.view_mut((at, at), (6, 6));
-        view += unary;
+        view += path.unary[path.place_of(node as u32) as usize];
     }
     matrix
 }

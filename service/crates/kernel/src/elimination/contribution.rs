@@ -1,0 +1,117 @@
+//! What a path adds to the touched fronts, in its unknowns.
+
+use nalgebra::Matrix6;
+
+use super::assembly::Assembly;
+use super::attachment::Attachment;
+use super::chain::Join;
+use super::homes::TOP;
+use super::variables::{Combination, Variables, Way};
+use super::virtual_path::{LinkWeight, VirtualPath};
+use crate::information::PairInformation;
+
+/// A path's information with its links weighed in one way.
+pub(super) struct Contribution<'a> {
+    attachment: &'a Attachment,
+    path: &'a VirtualPath,
+    weight: LinkWeight,
+    variables: Variables,
+    /// Information of a node on its own at each place: sensors, and the part of the registrations.
+    own: Vec<Matrix6<f64>>,
+}
+
+impl<'a> Contribution<'a> {
+    pub(super) fn new(
+        attachment: &'a Attachment,
+        path: &'a VirtualPath,
+        weight: LinkWeight,
+        variables: Variables,
+    ) -> Contribution<'a> {
+        let mut own = path.unary.clone();
+        for link in &path.links {
+            own[link.place as usize] += link.information.second * weight.of(link);
+        }
+        Contribution { attachment, path, weight, variables, own }
+    }
+
+    /// Adds what belongs to a touched front.
+    pub(super) fn add(&self, assembly: &mut Assembly, index: usize) {
+        let Contribution { attachment, path, variables, .. } = *self;
+        let rows = &attachment.rows[index];
+        for &(_, link) in &attachment.links[rows.links.clone()] {
+            self.add_link(assembly, link as usize);
+        }
+        if attachment.robot_at == index as u32 {
+            let robot = variables.start(path.robot.0, Way::Out);
+            add_pair(assembly, &attachment.chain.joins[0].out, &robot, &variables.node(0, Way::Out));
+        }
+        for &(_, kept) in &attachment.homed[rows.homed.clone()] {
+            let own = &self.own[attachment.chain.kept[kept as usize] as usize];
+            variables.of(kept).for_each(|id| assembly.add_diagonal(id, own));
+            self.add_joins(assembly, index, kept);
+        }
+        if attachment.touched[index] == TOP {
+            assembly.add_diagonal(variables.terminal(), &self.own[0]);
+        }
+    }
+
+    /// Both nodes of a place register with the keyframe: twice on the keyframe, and with their sum.
+    fn add_link(&self, assembly: &mut Assembly, link: usize) {
+        let link = &self.path.links[link];
+        let weight = self.weight.of(link);
+        let nodes = if link.place == 0 || link.place == self.path.places() { 1.0 } else { 2.0_f64 };
+        let id = self.attachment.linked(self.variables, link.place);
+        assembly.add_diagonal(link.keyframe.0, &(link.information.first * (nodes * weight)));
+        assembly.add_cross(link.keyframe.0, id, &(link.information.cross * (nodes.sqrt() * weight)));
+    }
+
+    /// What joins a place that is eliminated here to its neighbours that are not eliminated before.
+    fn add_joins(&self, assembly: &mut Assembly, index: usize, kept: u32) {
+        let Contribution { attachment, variables, path, .. } = *self;
+        let joins = &attachment.chain.joins;
+        if kept == 0 {
+            let terminal = variables.start(path.robot.0, Way::Back);
+            add_pair(assembly, &joins[0].back, &terminal, &variables.node(0, Way::Back));
+        } else if assembly.has(variables.sum(kept - 1)) {
+            self.add_join(assembly, &joins[kept as usize], kept);
+        }
+        // If the next place is eliminated here too, its own turn adds what joins them.
+        let next_home = attachment.homes.get(kept as usize + 1);
+        let is_elsewhere = next_home.is_some_and(|&next| next != attachment.touched[index]);
+        if is_elsewhere && assembly.has(variables.sum(kept + 1)) {
+            self.add_join(assembly, &joins[kept as usize + 1], kept + 1);
+        }
+    }
+
+    fn add_join(&self, assembly: &mut Assembly, join: &Join, kept: u32) {
+        for (information, way) in [(&join.out, Way::Out), (&join.back, Way::Back)] {
+            let before = self.variables.node(kept - 1, way);
+            add_pair(assembly, information, &before, &self.variables.node(kept, way));
+        }
+    }
+}
+
+/// Adds information between two nodes that are combinations of unknowns.
+fn add_pair(
+    assembly: &mut Assembly,
+    information: &PairInformation,
+    first: &Combination,
+    second: &Combination,
+) {
+    add_own(assembly, &information.first, first);
+    add_own(assembly, &information.second, second);
+    for &(row, of_row) in first.iter().filter(|(_, of)| *of != 0.0) {
+        for &(column, of_column) in second.iter().filter(|(_, of)| *of != 0.0) {
+            assembly.add_cross(row, column, &(information.cross * (of_row * of_column)));
+        }
+    }
+}
+
+fn add_own(assembly: &mut Assembly, block: &Matrix6<f64>, node: &Combination) {
+    let [(one, of_one), (other, of_other)] = *node;
+    assembly.add_diagonal(one, &(block * (of_one * of_one)));
+    if of_other != 0.0 {
+        assembly.add_diagonal(other, &(block * (of_other * of_other)));
+        assembly.add_cross(one, other, &(block * (of_one * of_other)));
+    }
+}
