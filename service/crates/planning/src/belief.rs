@@ -5,11 +5,12 @@ use crate::registration::{Link, links};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::{Snapshot, SnapshotKeyframe};
 use nalgebra::{Matrix5, Matrix6, Vector5};
-use pdn_kernel::elimination::{VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{Candidates, VirtualLink, VirtualPath, Workspace};
 use pdn_kernel::information::PairInformation;
 use pdn_kernel::se3::{Pose, adjoint};
 use pdn_kernel::{Node, information};
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::sync::Mutex;
 
 /// The robot's expected knowledge at the end of a round trip and on the way.
@@ -44,11 +45,14 @@ pub fn expect_exploration(snapshot: &Snapshot) -> Result<Matrix6<f64>, PlanningE
     })
 }
 
+/// Round trips that a thread takes at once: those with common beginnings cost less one after the other.
+const GROUP: usize = 8;
+
 /// The beliefs of several round trips, in their order, spread over the pool's threads; none for those that were
 /// still waiting when `stop` said so. `stop` is asked before each. The numbers do not depend on the threads.
 ///
 /// # Errors
-/// The kernel's finding about the first trip, in their order, that has no answer.
+/// The kernel's finding about a trip that has no answer.
 pub fn expect_all(
     snapshot: &Snapshot,
     trips: &[RoundTrip],
@@ -57,38 +61,65 @@ pub fn expect_all(
 ) -> Result<Vec<Option<Belief>>, PlanningError> {
     let workspaces: Vec<Mutex<Workspace>> =
         (0..pool.current_num_threads()).map(|_| Mutex::new(Workspace::default())).collect();
-    let expect_unless_stopped = |trip: &RoundTrip| {
-        if stop() {
-            return Ok(None);
-        }
+    let mut order: Vec<usize> = (0..trips.len()).collect();
+    order.sort_by(|&one, &other| by_places(&trips[one], &trips[other]).then(one.cmp(&other)));
+    let expect_group = |group: &[usize]| {
         let thread = rayon::current_thread_index().unwrap_or(0);
         let mut workspace = workspaces[thread].lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        expect(snapshot, trip, &mut workspace).map(Some)
+        let trips: Vec<&RoundTrip> = group.iter().map(|&index| &trips[index]).collect();
+        expect(snapshot, &trips, &mut workspace, stop)
     };
-    let beliefs: Vec<Result<Option<Belief>, PlanningError>> =
-        pool.install(|| trips.par_iter().map(expect_unless_stopped).collect());
-    beliefs.into_iter().collect()
+    let groups: Vec<Result<Vec<Option<Belief>>, PlanningError>> =
+        pool.install(|| order.par_chunks(GROUP).map(expect_group).collect());
+    let mut beliefs = vec![None; trips.len()];
+    for (group, found) in order.chunks(GROUP).zip(groups) {
+        for (&index, belief) in group.iter().zip(found?) {
+            beliefs[index] = belief;
+        }
+    }
+    Ok(beliefs)
 }
 
-/// The belief of one round trip.
+/// An order in which trips with common beginnings are neighbours.
+fn by_places(one: &RoundTrip, other: &RoundTrip) -> Ordering {
+    let coordinates = |trip: &RoundTrip| {
+        trip.poses.iter().flat_map(|pose| <[f64; 3]>::from(pose.translation.vector)).collect::<Vec<f64>>()
+    };
+    let (one, other) = (coordinates(one), coordinates(other));
+    let differing = one.iter().zip(&other).map(|(one, other)| one.total_cmp(other));
+    differing.into_iter().find(|order| order.is_ne()).unwrap_or(one.len().cmp(&other.len()))
+}
+
+/// The beliefs of round trips, one after the other; none once `stop` says so, which is asked before each.
 ///
 /// # Errors
 /// The kernel's finding about the graph.
 pub fn expect(
     snapshot: &Snapshot,
-    trip: &RoundTrip,
+    trips: &[&RoundTrip],
     workspace: &mut Workspace,
-) -> Result<Belief, PlanningError> {
-    let path = virtual_path(snapshot, trip)?;
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Option<Belief>>, PlanningError> {
+    if stop() {
+        return Ok(vec![None; trips.len()]);
+    }
     let robot_covariance = snapshot.robot_covariance()?;
-    let expected = snapshot.elimination.expected_covariances(&path, &robot_covariance, workspace)?;
-    Ok(Belief {
-        terminal: expected.terminal,
-        terminal_all_links: expected.terminal_all_links,
-        terminal_no_links: expected.terminal_no_links,
-        along: expected.along,
-        links: links_by_node(&path),
-    })
+    let paths = virtual_paths(snapshot, trips)?;
+    let mut candidates = Candidates::new(&snapshot.elimination, workspace);
+    let expected = paths.iter().map(|path| {
+        if stop() {
+            return Ok(None);
+        }
+        let expected = candidates.covariances(path, &robot_covariance)?;
+        Ok(Some(Belief {
+            terminal: expected.terminal,
+            terminal_all_links: expected.terminal_all_links,
+            terminal_no_links: expected.terminal_no_links,
+            along: expected.along,
+            links: links_by_node(path),
+        }))
+    });
+    expected.collect()
 }
 
 /// Virtual node, keyframe and P_L of each expected registration, by node: what is expected at a place, at each of its nodes.
@@ -101,30 +132,68 @@ fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
     links
 }
 
-/// Lambda_odo, Lambda_cam and the absolute sensors' information of a round trip [PDN12, eqs. 1, 3], with virtual
-/// node 0 at the robot.
+/// Lambda_odo, Lambda_cam and the absolute sensors' information of round trips [PDN12, eqs. 1, 3], with virtual
+/// node 0 at the robot. What is expected at a place is found once for all trips that begin by it.
 ///
 /// # Errors
 /// [`PlanningError::NoKeyframe`]; the kernel's finding about a baseline.
-pub fn virtual_path(snapshot: &Snapshot, trip: &RoundTrip) -> Result<VirtualPath, PlanningError> {
+pub fn virtual_paths(snapshot: &Snapshot, trips: &[&RoundTrip]) -> Result<Vec<VirtualPath>, PlanningError> {
     let robot = snapshot.robot()?;
-    let outbound = &trip.poses[..trip.poses.len() / 2];
-    let places: Vec<Pose> =
-        std::iter::once(snapshot.keyframe(robot).world_from_body).chain(outbound.iter().copied()).collect();
-    let mut path = VirtualPath {
-        robot,
-        unary: places.iter().map(|pose| absolute_information(snapshot, pose)).collect(),
-        out: places.windows(2).map(|step| expected_odometry(snapshot, &step[0], &step[1])).collect(),
-        back: places.windows(2).map(|step| expected_odometry(snapshot, &step[1], &step[0])).collect(),
-        links: Vec::new(),
-    };
-    for (place, pose) in (0..).zip(&places) {
-        for (link, information) in expected_registrations(snapshot, pose)? {
-            let Link { keyframe, probability } = link;
-            path.links.push(VirtualLink { place, keyframe, information, probability });
+    let at_robot = snapshot.keyframe(robot).world_from_body;
+    let mut paths = Vec::with_capacity(trips.len());
+    let mut before: &[Pose] = &[];
+    let mut places: Vec<ExpectedPlace> = vec![ExpectedPlace::new(snapshot, None, &at_robot)?];
+    for trip in trips {
+        let outbound = &trip.poses[..trip.poses.len() / 2];
+        let shared = before.iter().zip(outbound).take_while(|(one, other)| one == other).count();
+        places.truncate(1 + shared);
+        for (index, pose) in outbound.iter().enumerate().skip(shared) {
+            let from = if index == 0 { &at_robot } else { &outbound[index - 1] };
+            places.push(ExpectedPlace::new(snapshot, Some(from), pose)?);
         }
+        paths.push(virtual_path(robot, &places));
+        before = outbound;
     }
-    Ok(path)
+    Ok(paths)
+}
+
+/// What is expected at a place of a path, and of the way there from the place before.
+struct ExpectedPlace {
+    unary: Matrix6<f64>,
+    /// Odometry there and back; none at the robot's place.
+    steps: Option<[PairInformation; 2]>,
+    links: Vec<(Link, PairInformation)>,
+}
+
+impl ExpectedPlace {
+    fn new(snapshot: &Snapshot, from: Option<&Pose>, pose: &Pose) -> Result<ExpectedPlace, PlanningError> {
+        let steps =
+            |from| [(from, pose), (pose, from)].map(|(from, to)| expected_odometry(snapshot, from, to));
+        Ok(ExpectedPlace {
+            unary: absolute_information(snapshot, pose),
+            steps: from.map(steps),
+            links: expected_registrations(snapshot, pose)?,
+        })
+    }
+}
+
+fn virtual_path(robot: Node, places: &[ExpectedPlace]) -> VirtualPath {
+    let steps = |way: usize| places.iter().filter_map(|place| Some(place.steps?[way])).collect();
+    let links = (0..).zip(places).flat_map(|(number, place)| {
+        place.links.iter().map(move |(link, information)| VirtualLink {
+            place: number,
+            keyframe: link.keyframe,
+            information: *information,
+            probability: link.probability,
+        })
+    });
+    VirtualPath {
+        robot,
+        unary: places.iter().map(|place| place.unary).collect(),
+        out: steps(0),
+        back: steps(1),
+        links: links.collect(),
+    }
 }
 
 /// H^T Q^-1 H with Q = diag(sigma^2) d, d the distance between the nodes [PDN12, eq. 1].

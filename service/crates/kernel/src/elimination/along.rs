@@ -2,50 +2,18 @@
 
 use nalgebra::Matrix6;
 
-use super::assembly::{Assembly, NONE};
+use super::assembly::NONE;
 use super::chain::PairCovariance;
-use super::dense;
-use super::expected::Workspace;
+use super::expected::{Ground, Workspace};
+use super::results::FrontResult;
 use super::takahashi::FrontCovariance;
 use super::variables::{Combination, Variables, Way};
-use super::virtual_path::VirtualPath;
-
-/// Factors of the touched fronts, in the order of elimination.
-#[derive(Debug, Default)]
-pub(super) struct Record {
-    ids: Vec<u32>,
-    factors: Vec<f64>,
-    entries: Vec<Entry>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    first_id: usize,
-    blocks: usize,
-    frontal: usize,
-    first_value: usize,
-}
-
-impl Record {
-    pub(super) fn clear(&mut self) {
-        self.ids.clear();
-        self.factors.clear();
-        self.entries.clear();
-    }
-
-    pub(super) fn push(&mut self, eliminated: &Assembly) {
-        let (first_id, first_value) = (self.ids.len(), self.factors.len());
-        let blocks = eliminated.ids().len();
-        self.entries.push(Entry { first_id, blocks, frontal: eliminated.frontal_rows() / 6, first_value });
-        self.ids.extend_from_slice(eliminated.ids());
-        self.factors.extend_from_slice(eliminated.factor());
-    }
-}
+use super::virtual_path::{LinkWeight, VirtualPath};
 
 impl Workspace {
-    /// Covariance of each virtual node 1 to n over so many keyframes, after `terminal` with `record`.
-    pub(super) fn along(&self, path: &VirtualPath, nodes: u32) -> Vec<Matrix6<f64>> {
-        let variables = self.attachment.variables(nodes);
+    /// Covariance of each virtual node 1 to n, after `terminal` with `record` and the same weight.
+    pub(super) fn along(&self, ground: Ground, path: &VirtualPath, weight: LinkWeight) -> Vec<Matrix6<f64>> {
+        let variables = self.attachment.variables(ground.system.len() as u32);
         let chain = &self.attachment.chain;
         let mut covariances = vec![Matrix6::zeros(); path.nodes() as usize];
         let mut joints = vec![[None; 2]; chain.kept.len()];
@@ -53,7 +21,7 @@ impl Workspace {
         chain.gaps.iter().for_each(|gap| has_gap[gap.next_kept as usize] = true);
         let robot_wanted = has_gap[0];
         let is_wanted = |id| id >= variables.base || (robot_wanted && id == path.robot.0);
-        self.descend(is_wanted, |ids, frontal, covariance| {
+        self.descend(ground, weight, is_wanted, |ids, frontal, covariance| {
             let front = FrontRows { ids, covariance };
             for &id in &ids[..frontal] {
                 let kept = if id >= variables.base { variables.kept_of(id) } else { None };
@@ -86,49 +54,38 @@ impl Workspace {
     /// ids, the number eliminated in each, and the covariance of all its rows.
     fn descend(
         &self,
+        ground: Ground,
+        weight: LinkWeight,
         is_wanted: impl Fn(u32) -> bool,
         mut visit: impl FnMut(&[u32], usize, &FrontCovariance),
     ) {
         let count = self.attachment.touched.len();
+        let result = |index| self.result(ground.tree, weight, index);
         let mut needed = vec![false; count];
-        let mut first_child = vec![NONE; count];
-        let mut sibling = vec![NONE; count];
         for index in 0..count {
-            let (entry, ids) = self.recorded(index);
-            needed[index] |= ids[..entry.frontal].iter().any(|&id| is_wanted(id));
-            if let Some(&parent) = self.attachment.parents.get(index).filter(|_| needed[index]) {
-                needed[parent as usize] = true;
-                sibling[index] = first_child[parent as usize];
-                first_child[parent as usize] = index as u32;
-            }
+            let FrontResult { ids, frontal, .. } = result(index);
+            needed[index] = ids[..*frontal].iter().any(|&id| is_wanted(id))
+                || self.attachment.children(index).any(|child| needed[child]);
         }
         let mut separators: Vec<Vec<f64>> = vec![Vec::new(); count];
-        let id_bound = self.record.ids.iter().max().map_or(0, |&greatest| greatest as usize + 1);
-        let mut place_of = vec![NONE; id_bound];
+        let mut place_of = vec![NONE; self.attachment.variables(ground.system.len() as u32).id_bound()];
         let mut covariance = FrontCovariance::default();
+        let mut shared: Vec<u32> = Vec::new();
         for index in (0..count).rev().filter(|&index| needed[index]) {
-            let (entry, ids) = self.recorded(index);
-            let (rows, frontal_rows) = (6 * entry.blocks, 6 * entry.frontal);
-            let factor = &self.record.factors[entry.first_value..][..dense::leading(rows) * frontal_rows];
-            covariance.compute(factor, rows, frontal_rows, &std::mem::take(&mut separators[index]));
-            visit(ids, entry.frontal, &covariance);
+            let FrontResult { ids, frontal, factor, .. } = result(index);
+            let factor = factor.as_deref().expect("factors were recorded");
+            let separator = std::mem::take(&mut separators[index]);
+            covariance.compute(factor, 6 * ids.len(), 6 * frontal, &separator);
+            visit(ids, *frontal, &covariance);
             for (place, &id) in ids.iter().enumerate() {
                 place_of[id as usize] = place as u32;
             }
-            let mut child = first_child[index];
-            while child != NONE {
-                let (below, child_ids) = self.recorded(child as usize);
-                let shared: Vec<u32> =
-                    child_ids[below.frontal..].iter().map(|&id| place_of[id as usize]).collect();
-                separators[child as usize] = covariance.gather(&shared);
-                child = sibling[child as usize];
+            for child in self.attachment.children(index).filter(|&child| needed[child]) {
+                shared.clear();
+                shared.extend(result(child).separator().iter().map(|&id| place_of[id as usize]));
+                separators[child] = covariance.gather(&shared);
             }
         }
-    }
-
-    fn recorded(&self, index: usize) -> (Entry, &[u32]) {
-        let entry = self.record.entries[index];
-        (entry, &self.record.ids[entry.first_id..entry.first_id + entry.blocks])
     }
 
     /// Puts the places that were taken out of the chain back in, from the end of the path to its beginning.

@@ -71,11 +71,6 @@ impl Assembly {
         6 * self.frontal
     }
 
-    /// Block rows that are eliminated later.
-    pub(super) fn separator(&self) -> &[u32] {
-        &self.ids[self.frontal..]
-    }
-
     /// Whether this id has a row here.
     pub(super) fn has(&self, id: u32) -> bool {
         self.place.get(id as usize).is_some_and(|&place| place != NONE)

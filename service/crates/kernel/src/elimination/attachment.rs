@@ -21,8 +21,9 @@ pub(super) struct Attachment {
     pub homes: Vec<u32>,
     /// Touched fronts, children before parents, then `TOP`.
     pub touched: Vec<u32>,
-    /// Place in `touched` of each of them's parent, but for `TOP`.
-    pub parents: Vec<u32>,
+    /// The touched children of each touched front, by place in `touched`: the last one, and of each the one before it.
+    pub last_child: Vec<u32>,
+    pub child_before: Vec<u32>,
     /// The rows of each touched front; see `layout`.
     pub rows: Vec<Rows>,
     pub ids: Vec<u32>,
@@ -31,6 +32,8 @@ pub(super) struct Attachment {
     pub homed: Vec<(u32, u32)>,
     /// Place in `touched` of the front that eliminates the robot.
     pub robot_at: u32,
+    /// Unknowns from this one on, the terminal node but for, may be others than those of the path before.
+    pub first_own: u32,
     is_linked: Vec<bool>,
     /// Kept places and fronts they are tied to.
     anchors: Vec<(u32, u32)>,
@@ -52,14 +55,17 @@ pub(super) struct Rows {
 }
 
 impl Attachment {
-    /// Finds what the path touches, with the links that `counts` lets count.
+    /// Finds what the path touches, with the links that `counts` lets count. `previous` is the path that was attached
+    /// before in the same way, if results for it are to serve again.
     pub(super) fn attach(
         &mut self,
         tree: &Tree,
         nodes: u32,
         path: &VirtualPath,
         counts: impl Fn(&VirtualLink) -> bool,
+        previous: Option<&VirtualPath>,
     ) -> Result<(), KernelError> {
+        self.forget_touched();
         self.is_linked.clear();
         self.is_linked.resize(path.unary.len(), false);
         for link in path.links.iter().filter(|link| counts(link)) {
@@ -94,15 +100,12 @@ impl Attachment {
         }
         self.homed.sort_unstable();
         self.robot_at = place[tree.front_of(path.robot.0) as usize];
-        self.parents.clear();
-        for &front in &self.touched[..top as usize] {
-            let parent = tree.parent(front);
-            self.parents.push(if parent == TOP { top } else { self.place[parent as usize] });
-        }
-        for &front in &self.touched[..top as usize] {
-            self.place[front as usize] = NONE;
-        }
-        self.lay_out(tree, self.variables(nodes), path);
+        self.link_children(tree);
+        let variables = self.variables(nodes);
+        let shared = previous.map_or(0, |previous| path.shared_places(previous));
+        let shared_kept = self.chain.kept.partition_point(|&place| place <= shared);
+        self.first_own = variables.sum(shared_kept as u32);
+        self.lay_out(tree, variables, path);
         Ok(())
     }
 
@@ -119,11 +122,46 @@ impl Attachment {
         }
     }
 
+    /// Touched children of a touched front, as places in `touched`, in a fixed order.
+    pub(super) fn children(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
+        let mut next = self.last_child[index];
+        std::iter::from_fn(move || {
+            let child = (next != NONE).then_some(next as usize)?;
+            next = self.child_before[child];
+            Some(child)
+        })
+    }
+
+    /// Whether the path touches a front of the tree.
+    pub(super) fn touches(&self, front: u32) -> bool {
+        self.place[front as usize] != NONE
+    }
+
+    fn link_children(&mut self, tree: &Tree) {
+        self.last_child.clear();
+        self.last_child.resize(self.touched.len(), NONE);
+        self.child_before.clear();
+        self.child_before.resize(self.touched.len(), NONE);
+        let top = self.touched.len() - 1;
+        for (index, &front) in self.touched[..top].iter().enumerate() {
+            let parent = match tree.parent(front) {
+                TOP => top,
+                parent => self.place[parent as usize] as usize,
+            };
+            self.child_before[index] = std::mem::replace(&mut self.last_child[parent], index as u32);
+        }
+    }
+
+    fn forget_touched(&mut self) {
+        for front in self.touched.drain(..).filter(|&front| front != TOP) {
+            self.place[front as usize] = NONE;
+        }
+    }
+
     /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the subtree of
     /// each comes in one piece right before it.
     fn order_touched(&mut self, tree: &Tree) {
         self.place.resize(tree.id_bound().max(self.place.len()), NONE);
-        self.touched.clear();
         let mut waiting: Vec<u32> = Vec::new();
         for &(_, front) in &self.anchors {
             let mut id = front;

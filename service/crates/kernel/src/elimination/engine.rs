@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::expected::{self, Ground, Workspace};
+use super::expected::{Ground, Workspace};
 use super::marginals;
 use super::solution::Solution;
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
-use super::virtual_path::{ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath};
+use super::virtual_path::{ExpectedCovariance, LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
 /// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
@@ -141,32 +141,11 @@ impl Elimination {
         workspace: &mut Workspace,
     ) -> Result<ExpectedCovariance, KernelError> {
         self.check_path(path)?;
-        let ground = Ground { tree: &self.tree, system: &self.system };
-        let counts = |link: &VirtualLink| weight.of(link) > 0.0;
-        workspace.attachment.attach(&self.tree, self.len() as u32, path, counts)?;
+        let ground = self.ground();
+        workspace.attach(ground, path, |link| weight.of(link) > 0.0, None)?;
         let terminal = workspace.terminal(ground, path, weight, along)?;
-        let along = if along { workspace.along(path, self.len() as u32) } else { Vec::new() };
+        let along = if along { workspace.along(ground, path, weight) } else { Vec::new() };
         Ok(ExpectedCovariance { terminal, along })
-    }
-
-    /// All covariances that a decision tells of a path, at less than the sum of their costs: what the path touches is
-    /// found once, and without links the robot's covariance is all that is needed of the graph.
-    ///
-    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Elimination::expected_covariance`].
-    pub fn expected_covariances(
-        &self,
-        path: &VirtualPath,
-        robot_covariance: &Matrix6<f64>,
-        workspace: &mut Workspace,
-    ) -> Result<ExpectedCovariances, KernelError> {
-        self.check_path(path)?;
-        let ground = Ground { tree: &self.tree, system: &self.system };
-        workspace.attachment.attach(&self.tree, self.len() as u32, path, |_| true)?;
-        let terminal_all_links = workspace.terminal(ground, path, LinkWeight::All, false)?;
-        let terminal = workspace.terminal(ground, path, LinkWeight::Expected, true)?;
-        let along = workspace.along(path, self.len() as u32);
-        let terminal_no_links = expected::terminal_without_links(path, robot_covariance)?;
-        Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
 
     /// Size and cost of this elimination. Cost: a visit to each front.
@@ -246,7 +225,11 @@ impl Elimination {
         Update { visited, eliminated_fronts: fronts.len(), eliminated_nodes }
     }
 
-    fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
+    pub(super) fn ground(&self) -> Ground<'_> {
+        Ground { tree: &self.tree, system: &self.system }
+    }
+
+    pub(super) fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
         let places = path.unary.len().saturating_sub(1);
         let links_fit = path.links.iter().all(|link| link.place as usize <= places);
         if places == 0 || path.out.len() != places || path.back.len() != places || !links_fit {

@@ -6,21 +6,25 @@ use super::assembly::Assembly;
 use super::attachment::Attachment;
 use super::contribution::Contribution;
 use super::homes::TOP;
+use super::positive_definite;
+use super::results::{FrontResult, Results};
 use super::system::BlockSystem;
 use super::tree::Tree;
-use super::update_stack::UpdateStack;
 use super::variables::Variables;
-use super::virtual_path::{LinkWeight, VirtualPath};
-use super::{along, positive_definite};
+use super::virtual_path::{LinkWeight, VirtualLink, VirtualPath};
 use crate::{KernelError, Node};
 
 /// Buffers that expected covariances are computed in; one a thread, reused from call to call.
 #[derive(Debug, Default)]
 pub struct Workspace {
     pub(super) attachment: Attachment,
-    pub(super) record: along::Record,
+    /// For links by their probabilities, and for all.
+    results: [Results; 2],
+    /// Number of the path that is attached.
+    number: u64,
+    /// Number of the path whose results may serve again.
+    previous: u64,
     assembly: Assembly,
-    updates: UpdateStack,
     flops: f64,
 }
 
@@ -37,6 +41,19 @@ impl Workspace {
         self.flops
     }
 
+    /// Attaches a path; `previous` is the one that was attached before, over the same elimination and in the same way.
+    pub(super) fn attach(
+        &mut self,
+        ground: Ground,
+        path: &VirtualPath,
+        counts: impl Fn(&VirtualLink) -> bool,
+        previous: Option<&VirtualPath>,
+    ) -> Result<(), KernelError> {
+        self.previous = if previous.is_some() { self.number } else { 0 };
+        self.number += 1;
+        self.attachment.attach(ground.tree, ground.system.len() as u32, path, counts, previous)
+    }
+
     /// Covariance of the terminal node of the path that is attached, its links weighed so; the last front that is
     /// eliminated holds it last, and its pivot is the answer. With `record` the factors of all touched fronts are kept.
     pub(super) fn terminal(
@@ -46,53 +63,97 @@ impl Workspace {
         weight: LinkWeight,
         record: bool,
     ) -> Result<Matrix6<f64>, KernelError> {
-        self.record.clear();
-        self.updates.clear();
         let variables = self.attachment.variables(ground.system.len() as u32);
         let contribution = Contribution::new(&self.attachment, path, weight, variables);
-        for index in 0..self.attachment.touched.len() {
-            let front = self.attachment.touched[index];
-            let below = self.updates.first_below(ground.tree, front);
+        let results = &mut self.results[kind(weight)];
+        results.reserve(ground.tree.id_bound() + 1);
+        let mut known = vec![false; self.attachment.touched.len()];
+        for (index, &front) in self.attachment.touched.iter().enumerate() {
+            let slot = slot(ground.tree, front);
+            let result = results.front_mut(slot);
+            let is_result = result.path == self.previous && self.previous > 0;
+            if is_result && self.attachment.is_known(result, index, variables, &known, record) {
+                result.path = self.number;
+                known[index] = true;
+                continue;
+            }
             let rows = &self.attachment.rows[index];
             let ids = self.attachment.ids[rows.ids.clone()].iter().copied();
             self.assembly.begin(ids, rows.frontal, variables.id_bound());
-            let updates = &self.updates;
             let put_together = |assembly: &mut Assembly| {
                 contribution.add(assembly, index);
-                add_graph(assembly, ground, front, updates, below);
+                self.attachment.add_graph(assembly, ground, results, index);
             };
             put_together(&mut self.assembly);
             self.assembly
                 .eliminate(put_together)
                 .map_err(|(id, pivot)| self.attachment.lost(variables, path, id, pivot))?;
             self.flops += self.assembly.flops();
-            self.updates.replace(below, front, &self.assembly);
-            if record {
-                self.record.push(&self.assembly);
-            }
+            let children = self.attachment.children(index).count();
+            let result = results.front_mut(slot);
+            result.take(&self.assembly, children, record);
+            result.path = self.number;
         }
         let information = self.assembly.last_pivot();
         Ok(positive_definite::inverse(&information).expect("a pivot that was accepted is positive definite"))
     }
+
+    /// The result of a touched front with links weighed so.
+    pub(super) fn result(&self, tree: &Tree, weight: LinkWeight, index: usize) -> &FrontResult {
+        self.results[kind(weight)].front(slot(tree, self.attachment.touched[index]))
+    }
 }
 
-/// What a touched front has without the path: its blocks of the system, and the update matrices of its children, those of
-/// the touched ones from the stack.
-fn add_graph(assembly: &mut Assembly, ground: Ground, front: u32, updates: &UpdateStack, below: usize) {
-    if front != TOP {
-        let shape = &ground.tree.front(front).shape;
-        assembly.add_system(ground.system, &shape.frontal);
-        for &child in shape.children.iter().filter(|&&child| !updates.holds(below, child)) {
-            let child = ground.tree.front(child);
-            assembly.add_update(&child.shape.separator, &child.update);
-        }
-    }
-    for entry in below..updates.len() {
-        assembly.add_update(updates.ids(entry), updates.values(entry));
-    }
+/// Which results a weight's are.
+fn kind(weight: LinkWeight) -> usize {
+    usize::from(weight == LinkWeight::All)
+}
+
+/// Where a front's result is kept.
+fn slot(tree: &Tree, front: u32) -> usize {
+    if front == TOP { tree.id_bound() } else { front as usize }
 }
 
 impl Attachment {
+    /// Whether what a touched front was eliminated to for the path before is true for this one: it has the same rows, all
+    /// unknowns in them belong to places that both paths share, and its touched children are the same and known.
+    fn is_known(
+        &self,
+        result: &FrontResult,
+        index: usize,
+        variables: Variables,
+        known: &[bool],
+        with_factor: bool,
+    ) -> bool {
+        let rows = &self.rows[index];
+        let ids = &self.ids[rows.ids.clone()];
+        let is_shared = |&id: &u32| id <= variables.terminal() || id < self.first_own;
+        self.touched[index] != TOP
+            && (result.factor.is_some() || !with_factor)
+            && result.frontal == rows.frontal
+            && result.ids == *ids
+            && ids.iter().all(is_shared)
+            && self.children(index).count() == result.children
+            && self.children(index).all(|child| known[child])
+    }
+
+    /// Adds what a touched front has without the path: its blocks of the system, and the update matrices of its children,
+    /// of the touched ones with the path.
+    fn add_graph(&self, assembly: &mut Assembly, ground: Ground, results: &Results, index: usize) {
+        if self.touched[index] != TOP {
+            let shape = &ground.tree.front(self.touched[index]).shape;
+            assembly.add_system(ground.system, &shape.frontal);
+            for &child in shape.children.iter().filter(|&&child| !self.touches(child)) {
+                let child = ground.tree.front(child);
+                assembly.add_update(&child.shape.separator, &child.update);
+            }
+        }
+        for child in self.children(index) {
+            let child = results.front(self.touched[child] as usize);
+            assembly.add_update(child.separator(), &child.update);
+        }
+    }
+
     /// The error for a row without a pivot.
     fn lost(&self, variables: Variables, path: &VirtualPath, id: u32, pivot: f64) -> KernelError {
         if id < variables.base {

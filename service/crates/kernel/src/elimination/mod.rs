@@ -10,8 +10,9 @@
 //! - covariances come down the same tree (Takahashi's recursion).
 //!
 //! Reading order: `system` (the blocks), `engine` (all that can be asked), `dissection` (the order), `symbolic` (the fronts), `front` (their numbers), `tree`
-//! (what stays and what goes), `solution`, `marginals`, and `expected` with `chain`, `homes`, `attachment`, `layout` and `along` for
-//! paths not driven yet. Nothing recurses over the tree, and nothing is dense in the number of nodes.
+//! (what stays and what goes), `solution`, `marginals`. For paths not driven yet: `virtual_path`, `candidates` (many of them),
+//! `variables` (their unknowns), `chain`, `homes`, `attachment` and `layout` (where they enter the tree), `contribution`,
+//! `expected` (the elimination), `along`. Nothing recurses over the tree, and nothing is dense in the number of nodes.
 
 mod shared_vec;
 mod system;
@@ -46,9 +47,12 @@ mod contribution;
 mod expected;
 mod homes;
 mod layout;
-mod update_stack;
+mod results;
 mod variables;
 
+mod candidates;
+
+pub use candidates::Candidates;
 pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;

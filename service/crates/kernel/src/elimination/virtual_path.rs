@@ -27,7 +27,7 @@ pub struct VirtualPath {
 }
 
 /// A possible registration between a node at a place and a keyframe.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VirtualLink {
     /// Place, 0 to m.
     pub place: u32,
@@ -59,6 +59,36 @@ impl VirtualPath {
     pub fn nodes_at(&self, place: u32) -> [Option<u32>; 2] {
         let out = (place > 0).then_some(place);
         [out, (place < self.places()).then_some(self.nodes() - place)]
+    }
+
+    /// The greatest place up to which, neither path's last one included, another path is the same; 0 unless both begin at the
+    /// same robot, end alike at place 0, and name their links in the order of places.
+    pub(super) fn shared_places(&self, other: &VirtualPath) -> u32 {
+        let mut links = self.links.iter().zip(&other.links).peekable();
+        let mut same_links = |place: u32| {
+            let mut same = true;
+            while let Some((one, other)) = links.next_if(|(one, other)| one.place.min(other.place) <= place) {
+                same &= one == other;
+            }
+            same
+        };
+        let in_order = |path: &VirtualPath| path.links.is_sorted_by_key(|link| link.place);
+        if !in_order(self)
+            || !in_order(other)
+            || self.robot != other.robot
+            || self.unary[0] != other.unary[0]
+            || !same_links(0)
+        {
+            return 0;
+        }
+        let last = self.places().min(other.places());
+        let is_same = |place: u32| {
+            let at = place as usize;
+            self.unary[at] == other.unary[at]
+                && self.out[at - 1] == other.out[at - 1]
+                && self.back[at - 1] == other.back[at - 1]
+        };
+        (1..last).find(|&place| !is_same(place) || !same_links(place)).unwrap_or(last) - 1
     }
 
     /// Odometry information between virtual nodes i (`first`) and i + 1 (`second`), i = 0 to n - 1.

@@ -1,0 +1,61 @@
+//! Many paths over one elimination, one after the other.
+
+use nalgebra::Matrix6;
+
+use super::engine::Elimination;
+use super::expected::{self, Workspace};
+use super::virtual_path::{ExpectedCovariances, LinkWeight, VirtualPath};
+use crate::KernelError;
+
+/// Evaluates paths from the robot over one elimination. Where a path begins as the one before it does, the
+/// fronts that only the common places touch are not eliminated again; the numbers are the same bit for bit. So paths
+/// with common beginnings should follow one another.
+#[derive(Debug)]
+pub struct Candidates<'a> {
+    elimination: &'a Elimination,
+    workspace: &'a mut Workspace,
+    previous: Option<&'a VirtualPath>,
+}
+
+impl<'a> Candidates<'a> {
+    /// Before the first path. The workspace may come from anywhere.
+    pub fn new(elimination: &'a Elimination, workspace: &'a mut Workspace) -> Candidates<'a> {
+        Candidates { elimination, workspace, previous: None }
+    }
+
+    /// Sigma_nn of a path with its links weighed by their probabilities \[PDN12, eq. 4\]. Exact.
+    ///
+    /// Cost: the fronts that hold a linked keyframe and those above them, as far as not shared. Errors: as of
+    /// [`Elimination::expected_covariance`].
+    pub fn terminal(&mut self, path: &'a VirtualPath) -> Result<Matrix6<f64>, KernelError> {
+        self.attach(path)?;
+        self.workspace.terminal(self.elimination.ground(), path, LinkWeight::Expected, false)
+    }
+
+    /// All covariances that a decision tells of a path. What the path touches is found once, and without links the
+    /// robot's covariance is all that is needed of the graph.
+    ///
+    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Elimination::expected_covariance`].
+    pub fn covariances(
+        &mut self,
+        path: &'a VirtualPath,
+        robot_covariance: &Matrix6<f64>,
+    ) -> Result<ExpectedCovariances, KernelError> {
+        self.attach(path)?;
+        let ground = self.elimination.ground();
+        let terminal_all_links = self.workspace.terminal(ground, path, LinkWeight::All, false)?;
+        let terminal = self.workspace.terminal(ground, path, LinkWeight::Expected, true)?;
+        let along = self.workspace.along(ground, path, LinkWeight::Expected);
+        let terminal_no_links = expected::terminal_without_links(path, robot_covariance)?;
+        Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
+    }
+
+    fn attach(&mut self, path: &'a VirtualPath) -> Result<(), KernelError> {
+        // Until it is attached nothing is known to be shared with it.
+        let previous = self.previous.take();
+        self.elimination.check_path(path)?;
+        self.workspace.attach(self.elimination.ground(), path, |_| true, previous)?;
+        self.previous = Some(path);
+        Ok(())
+    }
+}
