@@ -36,8 +36,11 @@ const STREAM_ITERATIONS: usize = 3;
 /// never has far to go.
 const SETTLE_EVERY: usize = 16;
 
-/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks.
+/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at most
+/// `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop closure.
 const SETTLED_TOLERANCE: f64 = 1e-7;
+const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-3;
+const SMALL_GRAPH: usize = 4096;
 
 /// Rounds of settling at most. A graph that needs more is reported as not converged.
 const SETTLE_ROUNDS: usize = 20;
@@ -270,10 +273,13 @@ impl Fold {
     }
 }
 
-/// Steps until every linearisation point is at the estimate; false if that takes too long.
+/// Steps until every linearisation point is at the estimate, as close as the size of the graph asks; false if that takes
+/// too long.
 pub(crate) fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
+    let is_small = smoother.len() <= SMALL_GRAPH;
+    let tolerance = if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE };
     for _ in 0..SETTLE_ROUNDS {
-        if smoother.settle(SETTLED_TOLERANCE)?.converged {
+        if smoother.settle(tolerance)?.converged {
             return Ok(true);
         }
     }

@@ -75,11 +75,17 @@ impl Workspace {
             let FrontResult { ids, frontal, factor, .. } = result(index);
             let factor = factor.as_deref().expect("factors were recorded");
             let separator = std::mem::take(&mut separators[index]);
-            covariance.compute(factor, 6 * ids.len(), 6 * frontal, &separator);
-            visit(ids, *frontal, &covariance);
             for (place, &id) in ids.iter().enumerate() {
                 place_of[id as usize] = place as u32;
             }
+            // Rows before the first that is wanted here or shared with a child need no covariance.
+            let children = self.attachment.children(index).filter(|&child| needed[child]);
+            let below = children.flat_map(|child| result(child).separator());
+            let own = ids[..*frontal].iter().filter(|&&id| is_wanted(id));
+            let first = own.chain(below).map(|&id| place_of[id as usize] as usize).min();
+            let first = first.map_or(*frontal, |first| first.min(*frontal));
+            covariance.compute(factor, 6 * ids.len(), 6 * first..6 * frontal, &separator);
+            visit(ids, *frontal, &covariance);
             for child in self.attachment.children(index).filter(|&child| needed[child]) {
                 shared.clear();
                 shared.extend(result(child).separator().iter().map(|&id| place_of[id as usize]));

@@ -74,7 +74,7 @@ pub(super) fn marginals(
     while let Some((id, separator)) = waiting.pop() {
         let front = tree.front(id);
         let shape = &front.shape;
-        covariance.compute(&front.factor, shape.rows(), shape.frontal_rows(), &separator);
+        covariance.compute(&front.factor, shape.rows(), 0..shape.frontal_rows(), &separator);
         for (at, &node) in shape.frontal.iter().enumerate() {
             tell(node, covariance.own_block(at));
         }

@@ -15,8 +15,16 @@ pub(super) struct FrontCovariance {
 }
 
 impl FrontCovariance {
-    /// From a front's factor (`rows` x `frontal`, L11 over L21) and the covariance of its separator, packed.
-    pub(super) fn compute(&mut self, factor: &[f64], rows: usize, frontal: usize, separator: &[f64]) {
+    /// From a front's factor (`rows` x `eliminated.end`, L11 over L21) and the covariance of its separator, packed. Rows
+    /// before `eliminated.start` are left out.
+    pub(super) fn compute(
+        &mut self,
+        factor: &[f64],
+        rows: usize,
+        eliminated: std::ops::Range<usize>,
+        separator: &[f64],
+    ) {
+        let frontal = eliminated.end;
         self.leading = dense::leading(rows);
         self.values.clear();
         self.values.resize(self.leading * rows, 0.0);
@@ -33,7 +41,7 @@ impl FrontCovariance {
                 }
             }
         }
-        dense::covariance_of_front(factor, rows, frontal, &mut self.values, &mut self.weights);
+        dense::covariance_of_front(factor, rows, eliminated, &mut self.values, &mut self.weights);
     }
 
     /// The 6x6 block at a block row and a block column.

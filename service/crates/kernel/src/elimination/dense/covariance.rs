@@ -7,26 +7,26 @@ use super::small::{first_vector, tile};
 
 const BLOCK: usize = 6;
 
-/// Covariance of all rows of a front, full, columns [`leading`] apart, from its factor (`rows` x `frontal`, L11 over L21).
+/// Covariance of all rows of a front, full, columns [`leading`] apart, from its factor (`rows` x `eliminated.end`, L11 over L21).
 ///
 /// On entry the rows and columns of the separator hold its covariance (full). Column by column from the last eliminated
 /// one (Takahashi): with W = L[below, j] L_jj^-1 the covariance is S[below, j] = -S[below, below] W and
-/// S_jj = (L_jj L_jj^T)^-1 - W^T S[below, j]. `weights` is scratch.
+/// S_jj = (L_jj L_jj^T)^-1 - W^T S[below, j]. Rows and columns before `eliminated.start`, whole blocks, are left out. `weights` is scratch.
 pub(in crate::elimination) fn covariance_of_front(
     factor: &[f64],
     rows: usize,
-    frontal: usize,
+    eliminated: std::ops::Range<usize>,
     covariance: &mut [f64],
     weights: &mut Vec<[f64; BLOCK]>,
 ) {
     debug_assert_eq!(covariance.len(), leading(rows) * rows);
-    Arch::new().dispatch(Covariance { factor, rows, frontal, covariance, weights });
+    Arch::new().dispatch(Covariance { factor, rows, eliminated, covariance, weights });
 }
 
 struct Covariance<'a> {
     factor: &'a [f64],
     rows: usize,
-    frontal: usize,
+    eliminated: std::ops::Range<usize>,
     covariance: &'a mut [f64],
     weights: &'a mut Vec<[f64; BLOCK]>,
 }
@@ -36,10 +36,10 @@ impl WithSimd for Covariance<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Covariance { factor, rows, frontal, covariance, weights } = self;
+        let Covariance { factor, rows, eliminated, covariance, weights } = self;
         let leading = leading(rows);
         let height = leading / S::F64_LANES;
-        for column in (0..frontal).step_by(BLOCK).rev() {
+        for column in eliminated.step_by(BLOCK).rev() {
             let below = column + BLOCK;
             let entries = &factor[column * leading..below * leading];
             let inverse = inverse_of_triangle(entries, leading, column);
