@@ -648,13 +648,14 @@ class FactorKind:
         """The keyframe."""
 
         rotation: tuple[float, float, float, float]
-        """Measured rotation of `world_from_body`, `[x, y, z, w]`."""
+        """Measured rotation of `world_from_body`, `[x, y, z, w]`. Where the heading is not observed, put
+        in the one that the vehicle believes: one that is far off distorts the two tilt rows."""
 
         tilt_variance_rad2: float
         """Variance of each tilt, rad^2."""
 
         heading_variance_rad2: float | None = None
-        """Variance of the heading, rad^2; null if the heading is not observed."""
+        """Variance of the heading, rad^2; null if the heading is not observed (then only the tilts count)."""
 
     class Depth(Struct, frozen=True):
         """Depth. Residual `t_z - z`."""
