@@ -440,7 +440,8 @@ class Planner(Struct, frozen=True):
 
     edge_radius_m: float | None = None
     """Greatest distance of two keyframes that the search connects, m; default null: 2.6 times the median
-    distance of consecutive keyframes."""
+    distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths can
+    only go back the way that the vehicle came."""
 
     sample_spacing_m: float | None = None
     """Greatest distance of successive virtual nodes, m; default null: the median distance of consecutive
