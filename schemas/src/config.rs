@@ -194,7 +194,8 @@ pub struct Planner {
     /// Keyframes within that radius, itself included, that make a core point; default 4.
     pub min_points: u32,
     /// Greatest distance of two keyframes that the search connects, m; default null: 2.6 times the median
-    /// distance of consecutive keyframes.
+    /// distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths can
+    /// only go back the way that the vehicle came.
     pub edge_radius_m: Option<f64>,
     /// Greatest distance of successive virtual nodes, m; default null: the median distance of consecutive
     /// keyframes.

@@ -115,11 +115,12 @@ pub enum FactorKind {
     Attitude {
         /// The keyframe.
         keyframe: u64,
-        /// Measured rotation of `world_from_body`, `[x, y, z, w]`.
+        /// Measured rotation of `world_from_body`, `[x, y, z, w]`. Where the heading is not observed, put in the one that
+        /// the vehicle believes: one that is far off distorts the two tilt rows.
         rotation: [f64; 4],
         /// Variance of each tilt, rad^2.
         tilt_variance_rad2: f64,
-        /// Variance of the heading, rad^2; null if the heading is not observed.
+        /// Variance of the heading, rad^2; null if the heading is not observed (then only the tilts count).
         heading_variance_rad2: Option<f64>,
     },
     /// Depth. Residual `t_z - z`.

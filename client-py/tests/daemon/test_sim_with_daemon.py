@@ -24,7 +24,7 @@ from filter_planner import FilterPlanner
 FLOOR = scenario_file.load("seafloor")
 SHORT = dataclasses.replace(FLOOR, survey=dataclasses.replace(FLOOR.survey, lines=4))
 STRICT = dataclasses.replace(
-    SHORT, config={**SHORT.config, "allowable": {**SHORT.config["allowable"], "x_m": 0.07, "y_m": 0.07}}
+    SHORT, config={**SHORT.config, "allowable": {**SHORT.config["allowable"], "x_m": 0.11, "y_m": 0.11}}
 )
 NO_LINKS = dataclasses.replace(SHORT.links, rate_both=0.0, rate_one=0.0, rate_none=0.0)
 BLIND = dataclasses.replace(SHORT, links=NO_LINKS)

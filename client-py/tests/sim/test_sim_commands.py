@@ -26,9 +26,9 @@ def run(*arguments: str) -> tuple[int, str]:
 
 def test_help_names_what_matters() -> None:
     for command, words in (
-        ("sim", ["--policy", "--seed", "--list"]),
-        ("plot", ["--figure"]),
-        ("demo", ["--daemon"]),
+        ("sim", ["--policy", "--seed", "--list", "--json"]),
+        ("plot", ["--figure", "--json"]),
+        ("demo", ["--daemon", "--json"]),
     ):
         code, text = run(command, "--help")
         assert code == 0

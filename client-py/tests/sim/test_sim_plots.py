@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import typer
 from filter_planner import FilterPlanner
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
+from typer.testing import CliRunner
 
-from pdn.plots import figures, runs, style
+from pdn.plots import commands, figures, runs, style
 from pdn.sim import flight, record, scenario_file
 
 FLOOR = scenario_file.load("seafloor")
@@ -47,6 +50,16 @@ def test_every_label_lies_on_the_page(flown: list[Path], tmp_path: Path, name: s
         inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1
         assert inside, text
     assert (tmp_path / "figure.png").stat().st_size > 50_000
+
+
+def test_the_command_tells_programs_what_it_drew(flown: list[Path], tmp_path: Path) -> None:
+    app = typer.Typer()
+    commands.register(app)
+    file = tmp_path / "figure.png"
+    done = CliRunner().invoke(app, [str(flown[0]), "--out", str(file), "--json"])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.output) == {"figure": "mission", "file": str(file), "runs": [str(flown[0])]}
+    assert file.exists()
 
 
 def test_a_missing_run_is_named(flown: list[Path]) -> None:

@@ -101,6 +101,14 @@ def test_the_wider_field_of_view_lies_across_the_tracklines() -> None:
         assert abs(camera[:, 0] @ way) < 0.15 * np.linalg.norm(way)
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_the_planner_may_cross_from_line_to_line(name: str) -> None:
+    """Where it may not, every revisit goes back along the whole survey."""
+    scenario = scenario_file.load(name)
+    reach_m = scenario.config["planner"].get("edge_radius_m", 2.6 * scenario.survey.keyframe_spacing_m)
+    assert reach_m > 1.05 * scenario.survey.line_spacing_m
+
+
 def test_gunnerus_has_the_published_wetted_area() -> None:
     scenario = scenario_file.load("gunnerus")
     assert abs(scenario.surface.area_m2 / PUBLISHED_WETTED_M2 - 1.0) < 0.01

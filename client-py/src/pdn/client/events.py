@@ -112,8 +112,10 @@ class Events(ABC):
         tilt_variance_rad2: float,
         heading_variance_rad2: float | None = None,
     ) -> int:
-        """The measured rotation of `world_from_body`, [x, y, z, w]; without a variance the heading is
-        not observed.
+        """The measured rotation of `world_from_body`, [x, y, z, w].
+
+        Without a variance the heading is not observed. The rotation should then have the heading that the
+        vehicle believes: one that is far off distorts the two tilts.
         """
         return self.factor(
             wire.FactorKind.Attitude(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +28,7 @@ def plot(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="PNG to write; figure-NAME.png if not given.")
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was drawn as JSON.")] = False,
 ) -> None:
     """See ``_HELP``."""
     from pdn.plots import figures, style
@@ -40,4 +42,8 @@ def plot(
         raise typer.BadParameter(str(error), param_hint="RUN") from error
     path = out or Path(f"figure-{figure}.png")
     style.save(drawn, path)
-    print(path)
+    print(
+        json.dumps({"figure": figure, "file": str(path), "runs": [str(run) for run in runs]})
+        if as_json
+        else path
+    )

@@ -440,7 +440,8 @@ class Planner(Struct, frozen=True):
 
     edge_radius_m: float | None = None
     """Greatest distance of two keyframes that the search connects, m; default null: 2.6 times the median
-    distance of consecutive keyframes."""
+    distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths can
+    only go back the way that the vehicle came."""
 
     sample_spacing_m: float | None = None
     """Greatest distance of successive virtual nodes, m; default null: the median distance of consecutive
@@ -648,13 +649,14 @@ class FactorKind:
         """The keyframe."""
 
         rotation: tuple[float, float, float, float]
-        """Measured rotation of `world_from_body`, `[x, y, z, w]`."""
+        """Measured rotation of `world_from_body`, `[x, y, z, w]`. Where the heading is not observed, put
+        in the one that the vehicle believes: one that is far off distorts the two tilt rows."""
 
         tilt_variance_rad2: float
         """Variance of each tilt, rad^2."""
 
         heading_variance_rad2: float | None = None
-        """Variance of the heading, rad^2; null if the heading is not observed."""
+        """Variance of the heading, rad^2; null if the heading is not observed (then only the tilts count)."""
 
     class Depth(Struct, frozen=True):
         """Depth. Residual `t_z - z`."""

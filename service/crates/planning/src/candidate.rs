@@ -42,7 +42,7 @@ fn candidate(
     let uncertainty = scale.uncertainty_ratio(&belief.terminal)?; // eq. 5
     let detour = scale.detour(trip.one_way_m); // eq. 6
     let penalty = scale.penalty(uncertainty, detour.area); // eq. 7
-    let mut peak_uncertainty = 0.0_f64;
+    let mut peak_uncertainty = uncertainty; // the end is on the way, whatever the rounding of the other sweep
     for covariance in &belief.along {
         peak_uncertainty = peak_uncertainty.max(scale.uncertainty_ratio(covariance)?);
     }

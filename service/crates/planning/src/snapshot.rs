@@ -19,8 +19,11 @@ use std::sync::OnceLock;
 /// Make it field by field with `derived: Derived::default()`, share it behind an `Arc`, and change nothing
 /// afterwards: what has been derived from the fields is kept.
 pub struct Snapshot {
-    /// Keyframes of the pose graph; the index is the kernel's [`Node`]. The last one is the robot.
+    /// Keyframes of the pose graph; the index is the kernel's [`Node`].
     pub keyframes: Vec<SnapshotKeyframe>,
+    /// The newest keyframe, which is where the robot is; none before the first. It need not be the last in the list: an
+    /// older one can be tied to the graph later.
+    pub newest: Option<Node>,
     /// Pairs of keyframes between which the vehicle itself went (odometry), in the order of addition.
     pub went: Vec<(Node, Node)>,
     /// Lambda_0, eliminated, over all keyframes.
@@ -86,8 +89,7 @@ impl Snapshot {
     /// # Errors
     /// [`PlanningError::NoKeyframe`].
     pub fn robot(&self) -> Result<Node, PlanningError> {
-        let count = u32::try_from(self.keyframes.len()).unwrap_or(u32::MAX);
-        count.checked_sub(1).map(Node).ok_or(PlanningError::NoKeyframe)
+        self.newest.ok_or(PlanningError::NoKeyframe)
     }
 
     /// Sigma_rr, the robot's marginal covariance at the linearisation points.

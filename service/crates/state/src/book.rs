@@ -20,6 +20,8 @@ pub(crate) struct Book {
     pub(crate) keyframes: BTreeMap<u64, Record>,
     /// Ids of the keyframes in the graph; the index is the kernel's node.
     pub(crate) nodes: Vec<u64>,
+    /// The keyframe in the graph that was introduced last: where the robot is.
+    pub(crate) newest: Option<Node>,
     /// Measurements that name a keyframe outside of the graph, by event.
     pub(crate) waiting: BTreeMap<u64, Measurement>,
     pub(crate) factors: BTreeMap<FactorKind, u64>,
@@ -53,7 +55,7 @@ pub(crate) enum Addition {
 enum Undo {
     Introduced(u64),
     Named(u64),
-    Entered(u64),
+    Entered(u64, Option<Node>),
     Waited(u64),
     Resumed(u64, Box<Measurement>),
     Counted(FactorKind),
@@ -110,9 +112,10 @@ impl Book {
                 Undo::Named(id) => {
                     self.keyframes.entry(id).and_modify(|record| record.factors -= 1);
                 }
-                Undo::Entered(id) => {
+                Undo::Entered(id, newest) => {
                     self.keyframes.entry(id).and_modify(|record| record.node = None);
                     self.nodes.pop();
+                    self.newest = newest;
                 }
                 Undo::Waited(seq) => {
                     self.waiting.remove(&seq);
@@ -228,6 +231,12 @@ impl Book {
 
     pub(crate) fn node(&self, keyframe: u64) -> Option<Node> {
         self.keyframes.get(&keyframe).and_then(|record| record.node)
+    }
+
+    /// The event that introduced the keyframe of a node; none of a node that is not in the graph.
+    fn since_seq(&self, node: Node) -> Option<u64> {
+        let keyframe = self.nodes.get(node.index())?;
+        self.keyframes.get(keyframe).map(|record| record.since_seq)
     }
 
     pub(crate) fn factors_in_graph(&self) -> u64 {

@@ -137,13 +137,13 @@ pub enum StateError {
         tolerance: f64,
     },
     /// A number outside its range.
-    #[error("{field} is {value}; it must lie in {range}")]
+    #[error("{field} is {value}; it must be {range}")]
     OutOfRange {
         /// Path of the field.
         field: String,
         /// The number.
         value: f64,
-        /// The range, as a person writes it.
+        /// Where it belongs, to follow "it must be".
         range: &'static str,
     },
     /// A covariance that is not one.

@@ -246,17 +246,11 @@ impl Fold {
             let keyframe = book.nodes[node];
             (keyframe, book.keyframes[&keyframe].body_from_camera)
         });
-        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.newest()) {
+        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.book.newest) {
             self.progress = survey.advance(self.progress, self.smoother.estimate(robot).translation.vector);
         }
         self.solved = Some(back);
         Ok(())
-    }
-
-    /// The newest keyframe of the graph.
-    pub(crate) fn newest(&self) -> Option<Node> {
-        let count = u32::try_from(self.smoother.len()).unwrap_or(u32::MAX);
-        count.checked_sub(1).map(Node)
     }
 
     /// This, or what it will be once the group is mended. To be called after [`Fold::look_ahead`].

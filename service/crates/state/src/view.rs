@@ -67,6 +67,7 @@ impl View {
         View {
             draft: Snapshot {
                 keyframes: fold.book.nodes.iter().zip(fold.smoother.linearizations()).map(keyframe).collect(),
+                newest: fold.book.newest,
                 went: fold.book.went.clone(),
                 elimination: fold.smoother.elimination().clone(),
                 last_odometry: fold.book.last_odometry.map(|(_, step)| step),
@@ -159,6 +160,7 @@ impl View {
             keyframes: keyframes
                 .map(|(keyframe, pose)| SnapshotKeyframe { world_from_body: *pose, ..*keyframe })
                 .collect(),
+            newest: draft.newest,
             went: draft.went.clone(),
             elimination: smoother.elimination().clone(),
             last_odometry: draft.last_odometry,
@@ -259,7 +261,7 @@ impl Fold {
     }
 
     fn look_at_robot(&self) -> Result<Option<RobotNow>, StateError> {
-        let Some(node) = self.newest() else { return Ok(None) };
+        let Some(node) = self.book.newest else { return Ok(None) };
         let told = |error| convert::error::unsolvable(&self.book.nodes, error);
         let covariance = self.smoother.marginal(node).map_err(told)?;
         let excess = gaussian::log_determinant(&covariance).map_err(told)?

@@ -51,6 +51,11 @@ fn keyframes_wait_until_they_are_tied_and_bring_what_waited_for_them() {
     assert_eq!(refusals(&offer(&mut vehicle, &script)), []);
     let state = mission(&mut vehicle).state();
     assert_eq!((state.keyframes, state.factors, state.health.ok), (4, 10, true));
+    assert_eq!(
+        state.robot.expect("still there").keyframe,
+        1,
+        "the newest by events, though it was tied first"
+    );
     let graph = mission(&mut vehicle).begin_graph(None, false).run().expect("the graph is regular");
     for keyframe in &graph.keyframes {
         for axis in 0..3 {

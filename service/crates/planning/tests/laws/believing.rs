@@ -38,13 +38,23 @@ fn so_it_is_with_other_sensors_and_links() {
     }
 }
 
+/// An old keyframe that was tied to the graph late stands behind the robot's in the list.
+#[test]
+fn so_it_is_wherever_the_robot_stands_in_the_list() {
+    for (back, seed) in [(1, 20), (5, 21), (20, 22)] {
+        let mut mission = Mission::survey(3, 16, seed);
+        mission.snapshot.newest = Some(Node(mission.snapshot.keyframes.len() as u32 - 1 - back));
+        assert!(check(&mission) >= 1, "no candidate with seed {seed}");
+    }
+}
+
 /// Checks each number that a belief brings into a decision; returns the number of candidates.
 fn check(mission: &Mission) -> usize {
     let snapshot = &mission.snapshot;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let decision = decide(snapshot, &Question::default(), &pool, &|| false).unwrap();
 
-    let robot = last_covariances(mission.dense_information(0), 1)[0];
+    let robot = covariances(mission.dense_information(0), snapshot.robot().unwrap().index(), 1)[0];
     assert_close(&decision.robot.covariance, &robot);
     let expected = match &snapshot.last_odometry {
         Some(step) => {
@@ -59,7 +69,8 @@ fn check(mission: &Mission) -> usize {
         let nodes = candidate.poses.len();
         let weighted = |weight: &dyn Fn(f64) -> f64, count: usize| {
             let information = mission.dense_information(nodes);
-            last_covariances(with_path(snapshot, candidate, information, weight), count)
+            let first = snapshot.keyframes.len() + nodes - count;
+            covariances(with_path(snapshot, candidate, information, weight), first, count)
         };
         let ratio = |covariance: &Matrix6<f64>| {
             let log_determinant = 2.0 * covariance.cholesky().unwrap().l().diagonal().map(f64::ln).sum();
@@ -95,7 +106,7 @@ fn with_path(
     mut information: DMatrix<f64>,
     weight: &dyn Fn(f64) -> f64,
 ) -> DMatrix<f64> {
-    let robot = snapshot.keyframes.len() - 1;
+    let (robot, first) = (snapshot.robot().unwrap().index(), snapshot.keyframes.len());
     let settings = &snapshot.settings;
     let mut add_pair = |first: usize, second: usize, [of_first, of_second]: [Rows; 2], scale: f64| {
         add(&mut information, first, first, &(of_first.tr_mul(&of_first) * scale));
@@ -103,22 +114,22 @@ fn with_path(
         add(&mut information, first, second, &(of_first.tr_mul(&of_second) * scale));
         add(&mut information, second, first, &(of_second.tr_mul(&of_first) * scale));
     };
-    let mut previous = snapshot.keyframes[robot].world_from_body;
-    for (pose, index) in candidate.poses.iter().zip(robot + 1..) {
+    let (mut previous, mut before_it) = (snapshot.keyframes[robot].world_from_body, robot);
+    for (pose, index) in candidate.poses.iter().zip(first..) {
         let distance_m = (pose.translation.vector - previous.translation.vector).norm();
         let weights = settings.odometry_sigmas_per_sqrt_m.map(|sigma| 1.0 / (sigma * distance_m.sqrt()));
         let whiten = Matrix6::from_diagonal(&weights);
         let before = -adjoint(&(previous.inverse() * pose).inverse());
-        add_pair(index - 1, index, [whiten * before, whiten], 1.0);
-        previous = *pose;
+        add_pair(before_it, index, [whiten * before, whiten], 1.0);
+        (previous, before_it) = (*pose, index);
     }
     for &(node, id, probability) in &candidate.links {
         let keyframe = snapshot.keyframes.iter().position(|keyframe| keyframe.id == id).unwrap();
         let pose = &candidate.poses[node as usize - 1];
         let rows = camera_rows(snapshot, keyframe, pose);
-        add_pair(keyframe, robot + node as usize, rows, weight(probability));
+        add_pair(keyframe, first + node as usize - 1, rows, weight(probability));
     }
-    for (pose, index) in candidate.poses.iter().zip(robot + 1..) {
+    for (pose, index) in candidate.poses.iter().zip(first..) {
         let rotation = pose.rotation.to_rotation_matrix().into_inner();
         if let (true, Some(tilt)) = (settings.expect_absolute, settings.tilt_sigma_rad) {
             let heading = settings.heading_sigma_rad.map_or(0.0, |sigma| 1.0 / sigma);
@@ -194,15 +205,12 @@ fn adjoint(pose: &Pose) -> Matrix6<f64> {
     blocks(rotation, pose.translation.vector.cross_matrix() * rotation, rotation)
 }
 
-/// The last `count` 6x6 blocks on the diagonal of the inverse.
-fn last_covariances(information: DMatrix<f64>, count: usize) -> Vec<Matrix6<f64>> {
-    let size = information.nrows();
-    let mut columns = DMatrix::zeros(size, 6 * count);
-    columns.view_mut((size - 6 * count, 0), (6 * count, 6 * count)).fill_with_identity();
+/// The 6x6 blocks of `count` nodes from `first` on, on the diagonal of the inverse.
+fn covariances(information: DMatrix<f64>, first: usize, count: usize) -> Vec<Matrix6<f64>> {
+    let mut columns = DMatrix::zeros(information.nrows(), 6 * count);
+    columns.view_mut((6 * first, 0), (6 * count, 6 * count)).fill_with_identity();
     let inverse = information.cholesky().expect("positive definite").solve(&columns);
-    (0..count)
-        .map(|index| inverse.fixed_view::<6, 6>(size - 6 * (count - index), 6 * index).into_owned())
-        .collect()
+    (0..count).map(|index| inverse.fixed_view::<6, 6>(6 * (first + index), 6 * index).into_owned()).collect()
 }
 
 fn assert_close(found: &Matrix6<f64>, expected: &Matrix6<f64>) {

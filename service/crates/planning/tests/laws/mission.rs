@@ -62,6 +62,7 @@ pub fn untied(keyframes: Vec<SnapshotKeyframe>, went: Vec<(Node, Node)>) -> Snap
 
 fn snapshot(keyframes: Vec<SnapshotKeyframe>, went: Vec<(Node, Node)>, elimination: Elimination) -> Snapshot {
     Snapshot {
+        newest: (keyframes.len() as u32).checked_sub(1).map(Node),
         keyframes,
         went,
         elimination,

@@ -101,7 +101,10 @@ impl Book {
         let node = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         self.keyframes.entry(keyframe).and_modify(|record| record.node = Some(node));
         self.nodes.push(keyframe);
-        self.log.push(Undo::Entered(keyframe));
+        self.log.push(Undo::Entered(keyframe, self.newest));
+        if self.newest.is_none_or(|newest| self.since_seq(node) > self.since_seq(newest)) {
+            self.newest = Some(node);
+        }
         additions.push(Addition::Keyframe(world_from_body));
     }
 
@@ -113,7 +116,7 @@ impl Book {
         {
             self.went.push((from, to));
             self.log.push(Undo::Went);
-            if self.last_odometry.is_none_or(|(newest, _)| to >= newest) {
+            if self.last_odometry.is_none_or(|(newest, _)| self.since_seq(to) >= self.since_seq(newest)) {
                 self.log.push(Undo::Odometry(Box::new(self.last_odometry)));
                 let step = OdometryStep { earlier_from_later: *relative, covariance: *covariance };
                 self.last_odometry = Some((to, step));

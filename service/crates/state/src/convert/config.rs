@@ -80,7 +80,7 @@ fn facet(index: usize, wire: &wire::Facet) -> Result<Facet, StateError> {
 
 fn field_of_view(camera: &wire::Camera) -> Result<FieldOfView, StateError> {
     let angle =
-        |field, degrees: f64| within(field, degrees, "(0, 180) degrees", degrees > 0.0 && degrees < 180.0);
+        |field, degrees: f64| within(field, degrees, "in (0, 180) degrees", degrees > 0.0 && degrees < 180.0);
     Ok(FieldOfView {
         horizontal_rad: angle("camera.horizontal_fov_deg", camera.horizontal_fov_deg)?.to_radians(),
         vertical_rad: angle("camera.vertical_fov_deg", camera.vertical_fov_deg)?.to_radians(),
@@ -119,7 +119,7 @@ fn loss(field: &str, loss: wire::Loss) -> Result<Loss, StateError> {
 
 fn link_model(wire: &wire::LinkModel, limits: &Limits) -> Result<LinkModel, StateError> {
     let bins_hold = (1..=limits.max_link_bins).contains(&wire.bins);
-    within("link_model.bins", f64::from(wire.bins), "1 to max_link_bins", bins_hold)?;
+    within("link_model.bins", f64::from(wire.bins), "from 1 to max_link_bins", bins_hold)?;
     LinkModel::new(wire.bins as usize, &wire.prior).map_err(told)
 }
 

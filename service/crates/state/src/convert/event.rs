@@ -110,7 +110,7 @@ fn measurement(factor: &FactorKind) -> Result<Measurement, StateError> {
 
 fn depth(depth_m: f64) -> Result<f64, StateError> {
     let holds = depth_m.abs() <= super::shapes::MAX_COORDINATE_M;
-    within("factor.depth.depth_m", depth_m, "[-1e7, 1e7] m", holds)
+    within("factor.depth.depth_m", depth_m, "in [-1e7, 1e7] m", holds)
 }
 
 /// Of all three components, or, with a third row and column of zeros, of the horizontal ones.

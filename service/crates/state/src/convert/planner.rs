@@ -28,8 +28,8 @@ pub fn planner(config: &MissionConfig) -> Result<pdn_planning::Settings, StateEr
     let points = f64::from(planner.min_points);
     let links = f64::from(planner.max_links);
     within("planner.min_points", points, "1 or above", planner.min_points >= 1)?;
-    within("planner.max_links", links, "[0, 1000]", planner.max_links <= MAX_LINKS)?;
-    within("planner.max_view_angle_deg", max_view_angle_deg, "(0, 180] degrees", view_angle_holds)?;
+    within("planner.max_links", links, "in [0, 1000]", planner.max_links <= MAX_LINKS)?;
+    within("planner.max_view_angle_deg", max_view_angle_deg, "in (0, 180] degrees", view_angle_holds)?;
     Ok(pdn_planning::Settings {
         alpha: share("alpha", config.alpha)?,
         allowable: allowable(&config.allowable)?,

@@ -36,7 +36,7 @@ pub fn not_negative(field: &str, value: f64) -> Result<f64, StateError> {
 
 /// Refuses what is not in [0, 1].
 pub fn share(field: &str, value: f64) -> Result<f64, StateError> {
-    within(field, value, "[0, 1]", (0.0..=1.0).contains(&value))
+    within(field, value, "in [0, 1]", (0.0..=1.0).contains(&value))
 }
 
 /// Refuses a list that is longer than its bound.
@@ -56,7 +56,7 @@ pub fn invalid(field: &str, problem: String) -> StateError {
 pub fn point(field: &str, values: &[f64; 3]) -> Result<Vector3<f64>, StateError> {
     for (index, value) in values.iter().enumerate() {
         let holds = value.abs() <= MAX_COORDINATE_M;
-        within(&format!("{field}[{index}]"), *value, "[-1e7, 1e7] m", holds)?;
+        within(&format!("{field}[{index}]"), *value, "in [-1e7, 1e7] m", holds)?;
     }
     Ok(Vector3::from(*values))
 }
