@@ -1,14 +1,15 @@
 //! Where vehicles come in that are not known yet: the first accepted `op/configure` makes one.
 
 use crate::planner::Planner;
-use crate::settings::{Settings, count};
+use crate::settings::Settings;
+use crate::stop::Stop;
 use crate::telemetry::Sparing;
 use crate::vehicle::{self, Owner};
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_state::Vehicle;
 use pdn_transport::directory::{Directory, Knock, unknown_vehicle};
-use pdn_transport::inbox::{InboxBounds, inbox};
+use pdn_transport::inbox::inbox;
 use pdn_transport::message::{Incoming, Question};
 use pdn_transport::outgoing::{self, Outgoing};
 use pdn_transport::session::Session;
@@ -21,15 +22,22 @@ pub struct Lobby {
     session: Session,
     directory: Arc<Directory>,
     planner: Planner,
+    stop: Stop,
     settings: Settings,
-    ends: Vec<oneshot::Receiver<()>>,
+    ends: Vec<oneshot::Receiver<bool>>,
     log: Sparing,
 }
 
 impl Lobby {
     /// A lobby without guests.
-    pub fn new(session: Session, directory: Arc<Directory>, planner: Planner, settings: Settings) -> Lobby {
-        Lobby { session, directory, planner, settings, ends: Vec::new(), log: Sparing::new() }
+    pub fn new(
+        session: Session,
+        directory: Arc<Directory>,
+        planner: Planner,
+        stop: Stop,
+        settings: Settings,
+    ) -> Lobby {
+        Lobby { session, directory, planner, stop, settings, ends: Vec::new(), log: Sparing::new() }
     }
 
     /// Serves until it is closed; then gives what tells that each vehicle's thread has finished.
@@ -37,7 +45,7 @@ impl Lobby {
         mut self,
         mut knocks: mpsc::Receiver<Knock>,
         mut closed: oneshot::Receiver<()>,
-    ) -> Vec<oneshot::Receiver<()>> {
+    ) -> Vec<oneshot::Receiver<bool>> {
         loop {
             tokio::select! {
                 biased;
@@ -53,7 +61,7 @@ impl Lobby {
         self.ends
     }
 
-    async fn open(&mut self, Knock { vehicle, incoming }: Knock) {
+    async fn open(&mut self, Knock { vehicle, incoming, .. }: Knock) {
         if self.directory.find(&vehicle).is_some() {
             return self.directory.deliver(vehicle, incoming);
         }
@@ -81,22 +89,19 @@ impl Lobby {
         if let Err(problem) = vehicle::configure(&mut vehicle, &question) {
             return question.answer.refuse(&problem);
         }
-        let capacity = count(self.settings.outgoing_messages);
-        let (outgoing, sender) = match Outgoing::open(&self.session, &id, capacity).await {
+        let outgoing = match Outgoing::open(&self.session, &id, self.settings.outgoing()).await {
             Ok(opened) => opened,
             Err(error) => {
                 tracing::error!(vehicle = %id, %error, "a vehicle could not be made");
                 return question.answer.refuse(&Problem::new(Code::Internal, error.to_string(), None));
             }
         };
-        let (inbox, mail) = inbox(InboxBounds {
-            messages: count(self.settings.incoming_messages),
-            bytes: count(self.settings.incoming_bytes),
-        });
-        let owner = Owner::new(id.clone(), vehicle, mail, outgoing, self.planner.clone(), &self.settings);
+        let (inbox, mail) = inbox(self.settings.incoming());
+        let (planner, stop) = (self.planner.clone(), self.stop.clone());
+        let owner = Owner::new(id.clone(), vehicle, mail, outgoing, planner, stop, &self.settings);
         // Before the configuration is answered: the next command may follow the answer at once.
         self.directory.add(id.clone(), inbox);
-        match owner.start(question.answer, sender) {
+        match owner.start(question.answer) {
             Ok(end) => {
                 tracing::info!(vehicle = %id, "a vehicle has come");
                 self.ends.push(end);

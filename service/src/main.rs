@@ -1,7 +1,7 @@
 //! `pdnd`: the perception-driven navigation daemon.
 //!
 //! Reading order: `cli` (what can be asked of the program), `settings`, `state_dir`, `telemetry`, then the daemon:
-//! `serve` (its phases from start to end), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
+//! `serve` (its phases from start to end, `stop` when the end begins), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
 //! vehicle), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
 //!
 //! Exit codes: 0 well; 1 a failure while running, or `pdnd health` found no ready daemon; 2 wrong usage or
@@ -15,6 +15,7 @@ mod telemetry;
 mod lobby;
 mod planner;
 mod serve;
+mod stop;
 mod vehicle;
 
 mod health;

@@ -3,19 +3,20 @@
 //! A vehicle has at most as many jobs in the pool as it has threads; what else it was asked waits with its own
 //! thread. So no vehicle waits for more than one job a thread of each other, however much one of them is asked.
 
+use crate::stop::Stop;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::reply::{EvaluateReply, GraphReply, WaypointsReply};
 use pdn_state::{DecisionJob, DecisionOutcome, EvaluateJob, GraphJob, StateError, WaypointsJob};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// The pool, shared.
 #[derive(Clone)]
 pub struct Planner {
     pool: Arc<ThreadPool>,
-    stop_at: Arc<OnceLock<Instant>>,
+    stop: Stop,
 }
 
 /// What takes long to answer.
@@ -53,13 +54,13 @@ pub struct Computed {
 }
 
 impl Planner {
-    /// A pool of so many threads.
-    pub fn new(threads: usize) -> Result<Planner, ThreadPoolBuildError> {
+    /// A pool of so many threads; once `stop` has come every job stops as if its deadline had.
+    pub fn new(threads: usize, stop: Stop) -> Result<Planner, ThreadPoolBuildError> {
         let pool = ThreadPoolBuilder::new()
             .num_threads(threads.max(1))
             .thread_name(|index| format!("plan {index}"))
             .build()?;
-        Ok(Planner { pool: Arc::new(pool), stop_at: Arc::new(OnceLock::new()) })
+        Ok(Planner { pool: Arc::new(pool), stop })
     }
 
     /// Jobs that one vehicle may have in the pool.
@@ -67,21 +68,15 @@ impl Planner {
         self.pool.current_num_threads()
     }
 
-    /// From `instant` on every job stops as if its deadline had come.
-    pub fn stop_at(&self, instant: Instant) {
-        // Only the first call of a shutdown counts.
-        let _ = self.stop_at.set(instant);
-    }
-
     /// Runs a job on the pool and hands what came of it to `done`, whatever happens: a fault in the job is an
     /// `internal` problem of this question only.
     pub fn start(&self, job: Job, deadline: Option<Instant>, done: impl FnOnce(Computed) + Send + 'static) {
-        let Planner { pool, stop_at } = self.clone();
+        let Planner { pool, stop: shutdown } = self.clone();
         self.pool.spawn(move || {
             let began = Instant::now();
             let stop = move || {
                 let now = Instant::now();
-                deadline.is_some_and(|deadline| now >= deadline) || stop_at.get().is_some_and(|&at| now >= at)
+                deadline.is_some_and(|deadline| now >= deadline) || shutdown.has_come(now)
             };
             let outcome = guarded(|| job.run(&pool, &stop));
             done(Computed { outcome, began, ended: Instant::now() });

@@ -4,7 +4,8 @@
 use crate::lobby::Lobby;
 use crate::planner::Planner;
 use crate::settings::Settings;
-use pdn_transport::directory::Directory;
+use crate::stop::Stop;
+use pdn_transport::directory::{Directory, LobbyBounds};
 use pdn_transport::intake::{Intake, declare_ready};
 use pdn_transport::session::{self, Config, SessionError};
 use std::sync::Arc;
@@ -12,22 +13,26 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::oneshot;
 
-/// Configurations and events of unknown vehicles that wait.
-const LOBBY_MESSAGES: usize = 256;
+/// Configurations, and heads of events, of unknown vehicles that wait.
+const LOBBY: LobbyBounds = LobbyBounds { messages: 256, bytes: 16 * 1024 * 1024 };
 
-/// Time for leaving the network once all is finished.
+/// Time for leaving the network once all is finished, at most; a quarter of `drain_ms` if that is less.
 const LEAVE: Duration = Duration::from_secs(1);
 
-/// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished within `drain_ms`.
+/// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished. The end takes `drain_ms` at most,
+/// whatever was accepted: three quarters of the time go to finishing, the rest to telling and leaving.
 pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionError> {
     let mut signals = Signals::new()?;
-    let planner = Planner::new(settings.planner_threads()).map_err(|error| internal("planner", &error))?;
+    let stop = Stop::default();
+    let planner = Planner::new(settings.planner_threads(), stop.clone());
+    let planner = planner.map_err(|error| internal("planner", &error))?;
     let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
-    let (directory, knocks) = Directory::new(LOBBY_MESSAGES);
+    let (directory, knocks) = Directory::new(LOBBY);
     let directory = Arc::new(directory);
     let intake = Intake::open(&session, directory.clone()).await?;
     let (close_lobby, closed) = oneshot::channel();
-    let lobby = Lobby::new(session.clone(), directory.clone(), planner.clone(), settings.clone());
+    let lobby =
+        Lobby::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
     let lobby = tokio::spawn(lobby.run(knocks, closed));
     let ready = declare_ready(&session).await?;
     let locators: Vec<_> = session.info().locators().await.iter().map(ToString::to_string).collect();
@@ -42,30 +47,33 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
     let cause = signals.next().await;
     let drain = Duration::from_millis(settings.drain_ms);
     tracing::info!(cause, drain_ms = settings.drain_ms, vehicles = directory.len(), "stopping");
-    // What is being computed gets most of the time; the rest is for telling it.
-    planner.stop_at(Instant::now() + drain * 3 / 4);
+    let leave = LEAVE.min(drain / 4);
+    stop.at(Instant::now() + (drain - leave) * 3 / 4);
     if let Err(error) = ready.undeclare().await {
         tracing::warn!(%error, "the readiness token could not be taken back");
     }
     directory.close();
     let _ = close_lobby.send(());
     let finished = async {
-        if let Ok(ends) = lobby.await {
-            for end in ends {
-                // A thread that has failed has nothing more to finish.
-                let _ = end.await;
-            }
+        let mut all = true;
+        for end in lobby.await.unwrap_or_default() {
+            // A thread that has failed has nothing more to finish.
+            all &= end.await.unwrap_or(true);
         }
+        all
     };
     let drained = tokio::select! {
-        done = tokio::time::timeout(drain, finished) => done.is_ok(),
+        done = tokio::time::timeout(drain - leave, finished) => done.unwrap_or(false),
         cause = signals.next() => {
             tracing::warn!(cause, "stopping at once");
             false
         }
     };
-    intake.close().await;
-    if !session::close(&session, LEAVE).await {
+    let left = async {
+        intake.close().await;
+        session::close(&session, leave).await
+    };
+    if !tokio::time::timeout(leave, left).await.unwrap_or(false) {
         tracing::warn!("the session could not be closed in time");
     }
     tracing::info!(drained, "stopped");

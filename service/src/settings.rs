@@ -10,6 +10,8 @@ pub use layers::{Layers, SettingsError};
 pub use list::{SETTINGS, document};
 
 use pdn_state::Limits;
+use pdn_transport::inbox::InboxBounds;
+use pdn_transport::outgoing::OutgoingBounds;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -25,8 +27,11 @@ pub struct Settings {
     pub max_vehicles: u64,
     pub incoming_messages: u64,
     pub incoming_bytes: u64,
+    pub ahead_bytes: u64,
     pub outgoing_messages: u64,
     pub max_questions_in_flight: u64,
+    pub max_status_questions: u64,
+    pub max_commands: u64,
     pub wait_ms: u64,
     pub planner_threads: u64,
     pub max_missions: u64,
@@ -52,9 +57,12 @@ impl Default for Settings {
             open_timeout_ms: 10_000,
             max_vehicles: 16,
             incoming_messages: 2048,
-            incoming_bytes: 64 * 1024 * 1024,
+            incoming_bytes: 16 * 1024 * 1024,
+            ahead_bytes: 16 * 1024 * 1024,
             outgoing_messages: 4096,
             max_questions_in_flight: 16,
+            max_status_questions: 64,
+            max_commands: 16,
             wait_ms: 10_000,
             planner_threads: 0,
             max_missions: limits.max_missions as u64,
@@ -101,6 +109,26 @@ impl Settings {
         match self.planner_threads {
             0 => std::thread::available_parallelism().map_or(1, |cores| cores.get().saturating_sub(1).max(1)),
             threads => count(threads),
+        }
+    }
+
+    /// What may come in for one vehicle before it is done with.
+    pub fn incoming(&self) -> InboxBounds {
+        InboxBounds {
+            events: count(self.incoming_messages),
+            bytes: count(self.incoming_bytes),
+            questions: count(self.max_questions_in_flight),
+            status_questions: count(self.max_status_questions),
+            commands: count(self.max_commands),
+        }
+    }
+
+    /// What may wait for the network for one vehicle.
+    pub fn outgoing(&self) -> OutgoingBounds {
+        OutgoingBounds {
+            publications: count(self.outgoing_messages),
+            // And the answer to the configuration that made the vehicle.
+            answers: 1 + count(self.max_questions_in_flight + self.max_status_questions + self.max_commands),
         }
     }
 

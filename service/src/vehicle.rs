@@ -5,10 +5,11 @@
 //! with others by the system's scheduler, and no vehicle waits for another's. What takes long and changes
 //! nothing is computed on the pool (`planner`), and the network has a thread of its own (`pdn_transport::outgoing`).
 //!
-//! Reading order: here the loop; `events` (what vehicles publish), `commands`, `questions` (from the question to
+//! Reading order: here the loop; `events` (what vehicles publish, and `ahead` what of it waits for a missing event), `commands`, `questions` (from the question to
 //! the job), `replies` (from the outcome to the reply), `waiting` (for an event), `acknowledge` (when `out/ack`
 //! is due).
 
+mod ahead;
 mod events;
 
 mod commands;
@@ -22,10 +23,13 @@ pub use commands::configure;
 
 use crate::planner::{Computed, Job, Planner};
 use crate::settings::{Settings, count};
+use crate::stop::Stop;
 use crate::telemetry::Sparing;
 use acknowledge::Acknowledgements;
+use ahead::Ahead;
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::limits::STATE_EVERY_MS;
+use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::topics::Topic;
 use pdn_state::Vehicle;
 use pdn_transport::answer::Answer;
@@ -34,7 +38,6 @@ use pdn_transport::message::Incoming;
 use pdn_transport::outgoing::Outgoing;
 use questions::Asked;
 use std::collections::VecDeque;
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 use tokio::sync::{mpsc, oneshot};
 use waiting::Waiting;
@@ -46,7 +49,7 @@ pub struct Owner {
     mail: Mail,
     outgoing: Outgoing,
     planner: Planner,
-    max_in_flight: usize,
+    stop: Stop,
     wait: Duration,
 
     waiting: Waiting,
@@ -55,10 +58,12 @@ pub struct Owner {
     finish: mpsc::UnboundedSender<(Asked, Computed)>,
     finished: mpsc::UnboundedReceiver<(Asked, Computed)>,
 
+    ahead: Ahead,
     acknowledgements: Acknowledgements,
     state_changed: bool,
     state_due: Instant,
     log: Sparing,
+    turned_away: u64,
 }
 
 impl Owner {
@@ -69,6 +74,7 @@ impl Owner {
         mail: Mail,
         outgoing: Outgoing,
         planner: Planner,
+        stop: Stop,
         settings: &Settings,
     ) -> Owner {
         let (finish, finished) = mpsc::unbounded_channel();
@@ -78,41 +84,42 @@ impl Owner {
             mail,
             outgoing,
             planner,
-            max_in_flight: count(settings.max_questions_in_flight),
+            stop,
             wait: Duration::from_millis(settings.wait_ms),
             waiting: Waiting::default(),
             ready: VecDeque::new(),
             running: 0,
             finish,
             finished,
+            ahead: Ahead::new(count(settings.ahead_bytes)),
             acknowledgements: Acknowledgements::default(),
             state_changed: true,
             state_due: Instant::now(),
             log: Sparing::new(),
+            turned_away: 0,
         }
     }
 
-    /// Starts the thread, which first answers the configuration. The receiver hears when all is finished and sent.
-    pub fn start(self, configured: Answer, sender: JoinHandle<()>) -> std::io::Result<oneshot::Receiver<()>> {
+    /// Starts the thread, which first answers the configuration. The receiver hears when all
+    /// is sent, and whether all that was accepted could be finished.
+    pub fn start(self, configured: Answer) -> std::io::Result<oneshot::Receiver<bool>> {
         let (end, ended) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build()?;
         std::thread::Builder::new().name(format!("own {}", self.id)).spawn(move || {
-            let id = self.id.clone();
-            runtime.block_on(self.run(configured));
-            if sender.join().is_err() {
-                tracing::error!(vehicle = %id, "the sending thread had failed");
-            }
-            let _ = end.send(());
+            let (finished, outgoing) = runtime.block_on(self.run(configured));
+            outgoing.finish();
+            let _ = end.send(finished);
         })?;
         Ok(ended)
     }
 
-    async fn run(mut self, configured: Answer) {
+    /// Whether all that was accepted could be finished, and what is still to be sent.
+    async fn run(mut self, configured: Answer) -> (bool, Outgoing) {
         self.answer_with_state(configured, None);
         let mut open = true;
         loop {
             self.tick(Instant::now());
-            if !open && self.waiting.is_empty() && self.ready.is_empty() && self.running == 0 {
+            if !open && self.is_idle() {
                 break;
             }
             let wake = self.next_wake();
@@ -120,6 +127,7 @@ impl Owner {
                 biased;
                 Some((asked, computed)) = self.finished.recv() => self.conclude(asked, computed),
                 incoming = self.mail.next(), if open => match incoming {
+                    Some(incoming) if self.stop.has_come(Instant::now()) => self.turn_away(incoming),
                     Some(incoming) => self.take(incoming),
                     None => {
                         open = false;
@@ -131,6 +139,10 @@ impl Owner {
         }
         self.publish_acknowledgements(self.acknowledgements.all());
         self.publish_state();
+        if self.turned_away > 0 {
+            tracing::warn!(vehicle = %self.id, events = self.turned_away, "no time: events were left to be sent again");
+        }
+        (self.turned_away == 0, self.outgoing)
     }
 
     fn take(&mut self, incoming: Incoming) {
@@ -144,12 +156,27 @@ impl Owner {
         }
     }
 
+    /// What there is no time for: an event is not acknowledged and so will be sent again, a question is told.
+    fn turn_away(&mut self, incoming: Incoming) {
+        match incoming {
+            Incoming::Event(_) | Incoming::Stray(_) => self.turned_away += 1,
+            Incoming::Question(question) => {
+                let message = "the service is shutting down; ask again once it is back";
+                self.refuse(question.topic, question.answer, Problem::new(Code::NotReady, message, None));
+            }
+        }
+    }
+
     /// Does what is due by the clock or by what has just come.
     fn tick(&mut self, now: Instant) {
         let refused = self.mail.refused();
         let told = if refused > 0 { self.log.allow(now) } else { None };
         if let Some(left_out) = told {
             tracing::warn!(vehicle = %self.id, refused, left_out, "no room: questions were told, events will be sent again");
+        }
+        let left_out = self.outgoing.left_out();
+        if left_out > 0 {
+            tracing::warn!(vehicle = %self.id, left_out, "publications were left out: a client does not read them");
         }
         self.release_waiting(now);
         while self.running < self.planner.jobs_at_once() {
@@ -177,8 +204,8 @@ impl Owner {
             .fold(self.state_due, Instant::min)
     }
 
-    fn in_flight(&self) -> usize {
-        self.waiting.len() + self.ready.len() + self.running
+    fn is_idle(&self) -> bool {
+        self.waiting.is_empty() && self.ready.is_empty() && self.running == 0
     }
 
     fn publish_state(&mut self) {

@@ -282,9 +282,13 @@ def test_a_planner_that_restarts_without_memory_breaks_the_stream(
     planner.stop()
     planner.config = None
     planner.start()
-    events.keyframe(1)
-    with pytest.raises(MissionLost, match="no longer knows mission m"):
+
+    def go_on() -> None:
+        events.keyframe(1)
         events.flush(PATIENCE_S)
+
+    with pytest.raises(MissionLost, match="no longer knows mission m"):
+        go_on()
     events.close()
 
 

@@ -42,7 +42,7 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "incoming_messages",
-        meaning: "Events and questions of a vehicle that wait for its thread; a client has at most 512 events under way.",
+        meaning: "Events of a vehicle that wait for its thread; a client has at most 512 under way.",
         range: Some((16, 65_536)),
     },
     Setting {
@@ -51,15 +51,26 @@ pub const SETTINGS: &[Setting] = &[
         range: Some((4 * 1024 * 1024, 1024 * 1024 * 1024)),
     },
     Setting {
+        name: "ahead_bytes",
+        meaning: "Bytes of a vehicle's events that wait for a missing one; beyond it they are refused as `overloaded` and sent again.",
+        range: Some((4 * 1024 * 1024, 1024 * 1024 * 1024)),
+    },
+    Setting {
         name: "outgoing_messages",
-        meaning: "Publications and replies of a vehicle that wait for the network.",
+        meaning: "Publications of a vehicle that wait for a client that does not read; beyond it they are left out, and counted in the log.",
         range: Some((64, 65_536)),
     },
     Setting {
         name: "max_questions_in_flight",
-        meaning: "Questions of a vehicle that wait for an event or are being computed; beyond it they are answered `overloaded`.",
+        meaning: "Questions of a vehicle, but for `rpc/mission` and `rpc/ingest`, that wait, are being computed or whose answer is being sent; beyond it they are answered `overloaded` at once.",
         range: Some((1, 1024)),
     },
+    Setting {
+        name: "max_status_questions",
+        meaning: "The same for `rpc/mission` and `rpc/ingest`.",
+        range: Some((1, 1024)),
+    },
+    Setting { name: "max_commands", meaning: "The same for commands.", range: Some((1, 1024)) },
     Setting {
         name: "wait_ms",
         meaning: "Time that a question with `after=` and no `deadline_ms` waits for its event, ms.",
@@ -102,7 +113,7 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "drain_ms",
-        meaning: "Time that a shutdown gives to what has been accepted, ms.",
+        meaning: "Time that a shutdown takes at most; three quarters of it are for finishing what has been accepted, ms.",
         range: Some((100, 60_000)),
     },
     Setting {

@@ -7,6 +7,7 @@ use pdn_schemas::{Command, MissionConfig};
 use pdn_state::{Operation, Vehicle};
 use pdn_transport::answer::Answer;
 use pdn_transport::message::Question;
+use std::collections::BTreeSet;
 
 /// Applies `op/configure`; nothing has changed if it is refused.
 pub fn configure(vehicle: &mut Vehicle, question: &Question) -> Result<(), Problem> {
@@ -22,7 +23,11 @@ pub fn configure(vehicle: &mut Vehicle, question: &Question) -> Result<(), Probl
 impl Owner {
     pub(super) fn command(&mut self, question: Question) {
         let done = match question.topic {
-            Topic::OpConfigure => configure(&mut self.vehicle, &question).map(|()| None),
+            Topic::OpConfigure => configure(&mut self.vehicle, &question).map(|()| {
+                let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
+                self.ahead.keep(|mission| kept.contains(mission));
+                None
+            }),
             _ => self.operate(&question),
         };
         match done {

@@ -11,20 +11,42 @@ use std::time::Instant;
 
 impl Owner {
     pub(super) fn take_event(&mut self, event: &message::Event) {
-        let offered = match (read(event), event.payload.head()) {
-            (Ok(event), _) => self.vehicle.offer(event),
+        let bytes = event.payload.len();
+        let (offered, seq) = match (read(event), event.payload.head()) {
+            (Ok(event), _) if self.has_no_room_for(&event, bytes) => return self.reject_ahead(event.seq()),
+            (Ok(event), _) => {
+                let seq = event.seq();
+                (self.vehicle.offer(event), seq)
+            }
             (Err(problem), Some(head)) => {
                 let code = Code::from_name(&problem.code).unwrap_or(Code::Invalid);
-                self.vehicle.refuse_undecodable(head.mission.as_str(), head.seq, code, problem.message)
+                let mission = head.mission.as_str();
+                (self.vehicle.refuse_undecodable(mission, head.seq, code, problem.message), head.seq)
             }
             (Err(problem), None) => return self.reject(problem),
         };
+        if offered.refused.iter().all(|refusal| refusal.seq != seq) {
+            self.ahead.note(&offered.mission, seq, bytes, offered.next_seq);
+        }
         for refusal in &offered.refused {
             self.reject(refusal.problem());
         }
         if self.vehicle.mission(Some(&offered.mission)).is_ok() {
             self.acknowledgements.note(&offered.mission, Instant::now());
         }
+    }
+
+    fn has_no_room_for(&mut self, event: &Event, bytes: usize) -> bool {
+        let next_seq = self.vehicle.mission(Some(event.mission())).map_or(0, |mission| mission.next_seq());
+        event.seq() > next_seq && !self.ahead.has_room(bytes)
+    }
+
+    fn reject_ahead(&mut self, seq: u64) {
+        let message = format!(
+            "the events that wait for a missing one take up ahead_bytes; send the missing ones (rpc/ingest tells), \
+             then event {seq} again"
+        );
+        self.reject(Problem::new(Code::Overloaded, message, Some(seq)));
     }
 
     pub(super) fn reject(&mut self, problem: Problem) {

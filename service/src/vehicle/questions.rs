@@ -130,14 +130,6 @@ impl Owner {
             }
         };
         let mission = self.vehicle.mission(named.text("mission")).map_err(problem)?.id().to_owned();
-        if (what.takes_long() || after.is_some()) && self.in_flight() >= self.max_in_flight {
-            let message = format!(
-                "{} questions of this vehicle wait or are being computed, which is max_questions_in_flight; ask again \
-                 in a while",
-                self.in_flight()
-            );
-            return Err(Problem::new(Code::Overloaded, message, None));
-        }
         Ok((Prepared { mission, topic, what, arrived: question.arrived, deadline }, after))
     }
 
@@ -162,12 +154,6 @@ impl Owner {
             Ok(job) => self.ready.push_back((asked, job)),
             Err(error) => self.refuse(topic, asked.answer, problem(error)),
         }
-    }
-}
-
-impl What {
-    fn takes_long(&self) -> bool {
-        !matches!(self, What::Mission | What::Ingest | What::Coverage | What::LinkModel)
     }
 }
 

@@ -43,11 +43,6 @@ impl Waiting {
         self.parked.push(parked);
     }
 
-    /// Questions that wait.
-    pub fn len(&self) -> usize {
-        self.parked.len()
-    }
-
     /// Whether none waits.
     pub fn is_empty(&self) -> bool {
         self.parked.is_empty()

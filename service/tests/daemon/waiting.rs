@@ -72,7 +72,7 @@ fn beyond_the_bound_questions_are_answered_overloaded() {
     let problem = client.ask("pdn/hull/v1/rpc/decision", None).unwrap_err();
     assert_eq!(problem.code, "overloaded");
     assert!(problem.message.contains("max_questions_in_flight"), "{}", problem.message);
-    // What is answered at once is answered still; and room comes back.
+    // How things stand is told still; and room comes back.
     client.ask("pdn/hull/v1/rpc/mission", None).unwrap();
     mission::fly(&client, "hull", "m1", 2..3);
     for waiting in waits {

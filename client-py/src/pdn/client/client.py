@@ -64,9 +64,9 @@ def connect(
 class Client(Commands, Questions):
     """A connection for one vehicle, made by `connect`; a context manager.
 
-    Every method that asks takes `timeout_s`, asks again while nobody answers, and raises `Refused` with the
-    planner's reason, `Timeout`, or `PlannerAbsent`. `mission` names another mission than the one configured
-    last. Safe to use from several threads.
+    Every method that asks takes `timeout_s`, asks again while nobody answers or there is no room for the
+    question, and raises `Refused` with the planner's reason, `Timeout`, or `PlannerAbsent`. `mission` names
+    another mission than the one configured last. Safe to use from several threads.
     """
 
     def __init__(self, link: Link, timeout_s: float) -> None:

@@ -97,7 +97,7 @@ class Refused(PdnError):
 
 
 class Overloaded(Refused):
-    """The planner has no room for the question now; ask again later."""
+    """The planner had no room for the question, however often it was asked in the time there was."""
 
 
 class DeadlineMissed(Refused, Timeout):

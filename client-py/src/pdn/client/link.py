@@ -11,7 +11,7 @@ import zenoh
 
 from pdn import wire
 
-from .errors import BadReply, PlannerAbsent, Timeout, refused
+from .errors import BadReply, Overloaded, PlannerAbsent, Timeout, refused
 from .outbox import Entry
 
 M = TypeVar("M")
@@ -19,6 +19,9 @@ M = TypeVar("M")
 RETRY_FIRST_S = 0.02
 RETRY_LAST_S = 0.5
 """Pauses between questions that nobody answered, s, doubling from first to last."""
+
+BUSY_S = 0.05
+"""Pause before a planner that has no room for questions is asked again, s."""
 
 ANSWER_MARGIN_S = 0.25
 """How long before the asker gives up the planner is told to answer, s."""
@@ -43,7 +46,8 @@ class Link:
         encoding: str | None = None,
         parameters: Mapping[str, object] | None = None,
     ) -> M:
-        """Asks, and asks again while nobody answers; parameters that are None are left out.
+        """Asks, and asks again while nobody answers or the planner has no room for the question; parameters
+        that are None are left out.
 
         Raises `Refused` with the planner's reason, `Timeout` if it was asked and did not answer,
         `PlannerAbsent` if nobody was there to ask, `BadReply` if the answer cannot be read.
@@ -51,6 +55,7 @@ class Link:
         selector = self._selector(topic, parameters or {})
         deadline_s = time.monotonic() + timeout_s
         pause_s = RETRY_FIRST_S
+        no_room: Overloaded | None = None
         while (left_s := deadline_s - time.monotonic()) > 0.0:
             replies = self.session.get(
                 selector,
@@ -60,10 +65,17 @@ class Link:
                 consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
+            no_room = None
             for reply in replies:
-                return self._read(reply, reply_kind, topic, timeout_s)
-            time.sleep(max(0.0, min(pause_s, deadline_s - time.monotonic())))
+                try:
+                    return self._read(reply, reply_kind, topic, timeout_s)
+                except Overloaded as error:
+                    no_room = error
+            wait_s = pause_s if no_room is None else BUSY_S
+            time.sleep(max(0.0, min(wait_s, deadline_s - time.monotonic())))
             pause_s = min(2.0 * pause_s, RETRY_LAST_S)
+        if no_room is not None:
+            raise no_room
         raise PlannerAbsent(
             f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._why_nobody_answers()}"
         )

@@ -7,15 +7,12 @@ from collections.abc import Sequence
 
 from pdn import wire
 
-from .errors import MissionGap, Overloaded
+from .errors import MissionGap
 from .link import Link
 from .outbox import Entry
 
 SETTLE_S = 2.0
 """How long events of an earlier sender may still be on their way, s."""
-
-BUSY_S = 0.05
-"""Pause before a planner that has no room for questions is asked again, s."""
 
 
 class MissionLink:
@@ -30,17 +27,9 @@ class MissionLink:
         self._link.send(entry)
 
     def ingest(self, timeout_s: float) -> wire.IngestStatus:
-        """Asks which events have arrived; a planner that is too busy is asked again in the time there is."""
-        give_up_s = time.monotonic() + timeout_s
+        """Asks which events have arrived."""
         parameters = {"mission": self._mission}
-        while True:
-            left_s = max(give_up_s - time.monotonic(), 0.001)
-            try:
-                return self._link.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, left_s, parameters=parameters)
-            except Overloaded:
-                if time.monotonic() + BUSY_S > give_up_s:
-                    raise
-            time.sleep(BUSY_S)
+        return self._link.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters=parameters)
 
 
 def settled_status(link: MissionLink, mission: str, timeout_s: float) -> wire.IngestStatus:

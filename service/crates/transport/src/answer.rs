@@ -1,5 +1,6 @@
 //! The answer to one question: exactly one reply, whatever happens.
 
+use crate::inbox::Permit;
 use crate::parameters::Parameters;
 use pdn_schemas::codec::{self, Format, Message};
 use pdn_schemas::problem::{Code, Problem};
@@ -12,13 +13,19 @@ use zenoh::query::Query;
 pub struct Answer {
     query: Option<Query>,
     format: Format,
+    permit: Option<Permit>,
 }
 
 impl Answer {
     /// The place for the answer to `query`, whose parameters say in which format.
     pub fn new(query: Query, parameters: &Parameters) -> Answer {
         let format = if parameters.ask_for_bincode() { Format::Bincode } else { Format::Json };
-        Answer { query: Some(query), format }
+        Answer { query: Some(query), format, permit: None }
+    }
+
+    /// Counts the question as under way until its answer is sent.
+    pub fn hold(&mut self, permit: Permit) {
+        self.permit = Some(permit);
     }
 
     /// Writes the reply and sends it. Waits while the link is congested, at most `wait_before_close`.

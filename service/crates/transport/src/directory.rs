@@ -6,8 +6,8 @@ use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::topics::Topic;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{PoisonError, RwLock};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, PoisonError, RwLock};
 use tokio::sync::mpsc;
 
 /// Something for a vehicle that is not known yet: a configuration, or an event that came too early.
@@ -15,8 +15,25 @@ use tokio::sync::mpsc;
 pub struct Knock {
     /// Who.
     pub vehicle: VehicleId,
-    /// What.
+    /// What; of an event only its head.
     pub incoming: Incoming,
+    _room: Room,
+}
+
+/// Bytes that a knock takes up in the lobby, given back when it is dropped.
+#[derive(Debug)]
+struct Room {
+    taken: Arc<AtomicUsize>,
+    bytes: usize,
+}
+
+/// How much may wait in the lobby.
+#[derive(Clone, Copy, Debug)]
+pub struct LobbyBounds {
+    /// Configurations and events.
+    pub messages: usize,
+    /// Bytes of their payloads.
+    pub bytes: usize,
 }
 
 /// Where callbacks deliver to.
@@ -24,15 +41,23 @@ pub struct Knock {
 pub struct Directory {
     inboxes: RwLock<Option<BTreeMap<VehicleId, Inbox>>>,
     lobby: mpsc::Sender<Knock>,
+    lobby_bytes: usize,
+    taken: Arc<AtomicUsize>,
     lost_knocks: AtomicU64,
 }
 
 impl Directory {
     /// An empty directory, and the end at which someone answers for vehicles that are not in it.
-    pub fn new(lobby_messages: usize) -> (Directory, mpsc::Receiver<Knock>) {
-        let (lobby, knocks) = mpsc::channel(lobby_messages.max(1));
-        let inboxes = RwLock::new(Some(BTreeMap::new()));
-        (Directory { inboxes, lobby, lost_knocks: AtomicU64::new(0) }, knocks)
+    pub fn new(bounds: LobbyBounds) -> (Directory, mpsc::Receiver<Knock>) {
+        let (lobby, knocks) = mpsc::channel(bounds.messages.max(1));
+        let directory = Directory {
+            inboxes: RwLock::new(Some(BTreeMap::new())),
+            lobby,
+            lobby_bytes: bounds.bytes,
+            taken: Arc::default(),
+            lost_knocks: AtomicU64::new(0),
+        };
+        (directory, knocks)
     }
 
     /// Adds a vehicle; false if the directory is closed.
@@ -60,7 +85,8 @@ impl Directory {
 
     /// Closes every inbox: what is in them is still taken, what comes now is answered `not_ready`.
     pub fn close(&self) {
-        self.inboxes.write().unwrap_or_else(PoisonError::into_inner).take();
+        let closed = self.inboxes.write().unwrap_or_else(PoisonError::into_inner).take();
+        closed.iter().flat_map(BTreeMap::values).for_each(Inbox::close);
     }
 
     /// Delivers, or answers at once why not. An event for which there is no room is left to the client's outbox,
@@ -72,7 +98,8 @@ impl Directory {
                 None => Some((Box::new(incoming), not_ready())),
                 Some(inboxes) => match inboxes.get(&vehicle) {
                     Some(inbox) => inbox.offer(incoming).err().map(|(incoming, why)| match why {
-                        Refused::Full => (incoming, overloaded(&vehicle)),
+                        Refused::Full(bound) => (incoming, overloaded(&vehicle, bound)),
+                        Refused::Closed => (incoming, not_ready()),
                         Refused::Gone => (incoming, gone(&vehicle)),
                     }),
                     None => self.knock(vehicle, incoming),
@@ -90,15 +117,30 @@ impl Directory {
         self.lost_knocks.swap(0, Ordering::Relaxed)
     }
 
-    fn knock(&self, vehicle: VehicleId, incoming: Incoming) -> Option<(Box<Incoming>, Problem)> {
-        if matches!(&incoming, Incoming::Question(question) if question.topic != Topic::OpConfigure) {
-            let problem = unknown_vehicle(&vehicle);
-            return Some((Box::new(incoming), problem));
+    fn knock(&self, vehicle: VehicleId, mut incoming: Incoming) -> Option<(Box<Incoming>, Problem)> {
+        match &mut incoming {
+            Incoming::Question(question) if question.topic != Topic::OpConfigure => {
+                let problem = unknown_vehicle(&vehicle);
+                return Some((Box::new(incoming), problem));
+            }
+            Incoming::Event(event) => event.payload.keep_head(),
+            _ => {}
         }
-        let incoming = self.lobby.try_send(Knock { vehicle, incoming }).err()?.into_inner();
+        let bytes = incoming.bytes();
+        // Added before it is compared, so that many callbacks at once cannot pass the bound together.
+        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        let knock = Knock { vehicle, incoming, _room: Room { taken: self.taken.clone(), bytes } };
+        let refused =
+            if taken > self.lobby_bytes { knock } else { self.lobby.try_send(knock).err()?.into_inner() };
         self.lost_knocks.fetch_add(1, Ordering::Relaxed);
-        let problem = overloaded(&incoming.vehicle);
-        Some((Box::new(incoming.incoming), problem))
+        let problem = overloaded(&refused.vehicle, "the room for vehicles that are not known yet");
+        Some((Box::new(refused.incoming), problem))
+    }
+}
+
+impl Drop for Room {
+    fn drop(&mut self) {
+        self.taken.fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
 
@@ -109,10 +151,9 @@ pub fn unknown_vehicle(vehicle: &VehicleId) -> Problem {
     Problem::new(Code::UnknownVehicle, message, None)
 }
 
-fn overloaded(vehicle: &VehicleId) -> Problem {
-    let message = format!(
-        "more waits for vehicle \"{vehicle}\" than incoming_messages or incoming_bytes allow; ask again in a while"
-    );
+fn overloaded(vehicle: &VehicleId, bound: &str) -> Problem {
+    let message =
+        format!("vehicle \"{vehicle}\" has no room for more now: {bound} is reached; ask again in a while");
     Problem::new(Code::Overloaded, message, None)
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Reading order: [`session`] (configuration, opening, closing), [`message`] (what comes in), [`parameters`] and
 //! [`payload`] (how it is read), [`inbox`] (the bounded hand-over to the thread that owns a vehicle),
-//! [`directory`] (which vehicle's inbox), [`intake`] (the callbacks), [`answer`] (the reply to one question) and
-//! [`outgoing`] (publications and replies, sent by a thread of their own).
+//! [`directory`] (which vehicle's inbox), [`intake`] (the callbacks), [`answer`] (the reply to one question),
+//! [`outgoing`] and [`answering`] (publications and replies, sent by threads of their own).
 //!
 //! A callback runs on the task that receives from a link: were it to wait, everything on that link would stand
 //! still. So a callback looks at the key, counts bytes and hands over, or answers `overloaded` at once.
@@ -19,4 +19,5 @@ pub mod inbox;
 pub mod intake;
 
 pub mod answer;
+pub mod answering;
 pub mod outgoing;

@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::parameters::Parameters;
 use crate::payload::Payload;
 use pdn_schemas::problem::Problem;
-use pdn_schemas::topics::Topic;
+use pdn_schemas::topics::{Role, Topic};
 use std::time::Instant;
 
 /// A publication of the vehicle.
@@ -31,6 +31,38 @@ pub struct Question {
     pub answer: Answer,
 }
 
+/// What a question costs, and so which bound it counts against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// `rpc/mission` and `rpc/ingest`: how things stand, told in no time.
+    Status,
+    /// Any other `rpc/*`: it is computed, or has a long answer.
+    Long,
+    /// `op/*`.
+    Command,
+}
+
+impl Class {
+    /// How many there are.
+    pub const COUNT: usize = 3;
+}
+
+impl Question {
+    /// Which bound it counts against.
+    pub fn class(&self) -> Class {
+        match self.topic {
+            topic if topic.role() == Role::Command => Class::Command,
+            Topic::RpcMission | Topic::RpcIngest => Class::Status,
+            _ => Class::Long,
+        }
+    }
+
+    /// Whether it asks how things stand now, and not after some event.
+    pub fn is_about_now(&self) -> bool {
+        self.class() == Class::Status && !self.parameters.wait_for_an_event()
+    }
+}
+
 /// Whatever a vehicle's thread is handed.
 #[derive(Debug)]
 pub enum Incoming {
@@ -43,6 +75,19 @@ pub enum Incoming {
 }
 
 impl Incoming {
+    /// The class of a question or command; none for an event.
+    pub fn class(&self) -> Option<Class> {
+        match self {
+            Incoming::Event(_) | Incoming::Stray(_) => None,
+            Incoming::Question(question) => Some(question.class()),
+        }
+    }
+
+    /// Whether it need not wait for the events that came before it; see [`Question::is_about_now`].
+    pub fn is_about_now(&self) -> bool {
+        matches!(self, Incoming::Question(question) if question.is_about_now())
+    }
+
     /// Bytes of payload that it holds.
     pub fn bytes(&self) -> usize {
         match self {

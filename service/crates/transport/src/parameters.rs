@@ -37,6 +37,11 @@ impl Parameters {
         self.0.split(';').any(|part| part.trim() == "encoding=bincode")
     }
 
+    /// Whether `after=` is among them; what else is wrong is told elsewhere.
+    pub fn wait_for_an_event(&self) -> bool {
+        self.0.split(';').any(|part| part.trim().starts_with("after"))
+    }
+
     /// Takes them apart for `topic`.
     ///
     /// # Errors
@@ -133,7 +138,7 @@ mod tests {
     fn parameters_are_read_by_name() {
         let text = "after=12;alpha=0.5; detail=full;encoding=bincode;mission=m1";
         let parameters = Parameters::new(text);
-        assert!(parameters.ask_for_bincode());
+        assert!(parameters.ask_for_bincode() && parameters.wait_for_an_event());
         let named = parameters.named(Topic::RpcDecision).unwrap();
         assert_eq!(named.whole("after").unwrap(), Some(12));
         assert_eq!(named.number("alpha").unwrap(), Some(0.5));
@@ -141,6 +146,7 @@ mod tests {
         assert_eq!(named.whole("deadline_ms").unwrap(), None);
         assert!(!named.yes("marginals").unwrap());
         assert!(Parameters::new("").named(Topic::RpcMission).is_ok());
+        assert!(!Parameters::new("mission=after").wait_for_an_event());
     }
 
     #[test]

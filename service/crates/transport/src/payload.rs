@@ -4,8 +4,8 @@ use pdn_schemas::codec::{self, Bound, CodecError, Format, Head, Message};
 use pdn_schemas::limits::MAX_REQUEST_BYTES;
 use zenoh::bytes::{Encoding, ZBytes};
 
-/// Bytes that are kept of a payload that is too large: enough for its head.
-const KEPT_OF_TOO_LARGE: usize = 4096;
+/// Bytes that are kept of a payload of which only the head matters.
+const HEAD_BYTES: usize = 4096;
 
 /// A payload of at most [`MAX_REQUEST_BYTES`], or the beginning of a larger one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -19,12 +19,18 @@ impl Payload {
     /// Copies what is kept, so that a few bytes do not hold a whole receive buffer.
     pub fn new(bytes: &ZBytes, encoding: &Encoding) -> Payload {
         let sent_bytes = bytes.len();
-        let kept = if sent_bytes > MAX_REQUEST_BYTES { KEPT_OF_TOO_LARGE } else { sent_bytes };
+        let kept = if sent_bytes > MAX_REQUEST_BYTES { HEAD_BYTES } else { sent_bytes };
         let mut copy = Vec::with_capacity(kept);
         for slice in bytes.slices() {
             copy.extend_from_slice(&slice[..slice.len().min(kept - copy.len())]);
         }
         Payload { kept: copy, sent_bytes, encoding: encoding.to_string() }
+    }
+
+    /// Lets go of all but the beginning, from which [`Self::head`] still tells.
+    pub fn keep_head(&mut self) {
+        self.kept.truncate(HEAD_BYTES);
+        self.kept.shrink_to_fit();
     }
 
     /// Bytes that are held.
@@ -81,7 +87,7 @@ mod tests {
         let mut bytes = codec::encode(&event(), Format::Bincode).unwrap();
         bytes.resize(10 * 1024 * 1024, 0);
         let payload = Payload::new(&bytes.into(), &codec::encoding::<LinkOutcome>(Format::Bincode).into());
-        assert_eq!(payload.len(), KEPT_OF_TOO_LARGE);
+        assert_eq!(payload.len(), HEAD_BYTES);
         assert!(matches!(
             payload.decode::<LinkOutcome>(),
             Err(CodecError::TooLarge { bytes: 10_485_760, limit: MAX_REQUEST_BYTES, .. })

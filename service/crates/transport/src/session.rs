@@ -118,7 +118,8 @@ pub fn configuration(network: &Network) -> Result<Config, SessionError> {
     Ok(config)
 }
 
-/// The configuration of a client of the daemon, with the same transport and its security.
+/// The configuration of a client of the daemon, with the same transport and its security, but without the daemon's
+/// rules for what goes through it.
 pub fn client_configuration(network: &Network, endpoint: &str) -> Result<Config, SessionError> {
     check_endpoint(endpoint)?;
     let mut config = configuration(network)?;
@@ -129,6 +130,8 @@ pub fn client_configuration(network: &Network, endpoint: &str) -> Result<Config,
         ("connect/endpoints", listed.as_str()),
         ("connect/timeout_ms", "0"),
         ("connect/exit_on_failure", "true"),
+        ("qos/network", "[]"),
+        ("access_control", "{\"enabled\": false}"),
     ] {
         config.insert_json5(key, value).map_err(|cause| SessionError::Endpoint {
             endpoint: endpoint.to_owned(),
@@ -263,7 +266,7 @@ mod tests {
             ("mode", "\"router\""),
             ("scouting/multicast/enabled", "false"),
             ("scouting/gossip/enabled", "false"),
-            ("transport/link/rx/max_message_size", "33554432"),
+            ("transport/link/rx/max_message_size", "16777216"),
         ] {
             assert_eq!(config.get_json(key).unwrap(), value, "{key}");
         }
@@ -282,6 +285,7 @@ mod tests {
         let client = client_configuration(&network, "tcp/127.0.0.1:1").unwrap();
         assert!(listens_on(&client).is_empty());
         assert_eq!(connects_to(&client), ["tcp/127.0.0.1:1"]);
+        assert_eq!(client.get_json("qos/network").unwrap(), "[]");
     }
 
     #[test]
@@ -302,7 +306,7 @@ mod tests {
             json5::from_str("{transport: {link: {tx: {lease: 1234}}}, listen: {endpoints: []}}").unwrap();
         lay_over(&mut all, file);
         assert_eq!(all["transport"]["link"]["tx"]["lease"], 1234);
-        assert_eq!(all["transport"]["link"]["rx"]["max_message_size"], 33_554_432);
+        assert_eq!(all["transport"]["link"]["rx"]["max_message_size"], 16_777_216);
         assert_eq!(all["listen"]["endpoints"], serde_json::json!([]));
         assert_eq!(all["listen"]["timeout_ms"], 0);
     }
