@@ -20,7 +20,7 @@ pub struct Evaluation {
     /// A candidate's terminal covariance on the tree made at once and on the smoother's.
     pub candidate: Summary,
     pub streamed_candidate: Summary,
-    /// All that a decision asks of a candidate, on the tree made at once.
+    /// All that a decision asks of a candidate, on the tree made at once; measured once.
     pub candidate_variants: Summary,
     /// Ordering and eliminating Lambda_0 from scratch, then the terminal covariance of each candidate.
     pub scratch: f64,
@@ -61,7 +61,7 @@ pub fn evaluations(
     repeats: usize,
 ) -> Result<Vec<Evaluation>, KernelError> {
     let terminal = candidate_ms(trees.at_once, paths, Wanted::Terminal, repeats)?;
-    let variants = candidate_ms(trees.at_once, paths, Wanted::Variants, repeats)?;
+    let variants = candidate_ms(trees.at_once, paths, Wanted::Variants, 1)?;
     let streamed = candidate_ms(trees.streamed, paths, Wanted::Terminal, repeats)?;
     let of_count = |&count: &usize| {
         let places = spread(paths.len(), count);
