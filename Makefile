@@ -10,6 +10,7 @@ PYTHON ?= python3
 VENV := .venv
 PY := $(VENV)/bin/python
 CARGO ?= cargo
+GRID ?= default
 PDND := $(or $(CARGO_TARGET_DIR),target)/release/pdnd
 # The peers and the real data that tests compare with; a test that misses them says so and skips.
 export PDN_SHARED ?= $(abspath ../shared)
@@ -17,7 +18,7 @@ export PDND_BINARY ?= $(abspath $(PDND))
 
 say = @printf '\n\033[1m== %s\033[0m\n' "$(1)"
 
-.PHONY: help demo test setup build rust-lint rust-test python-lint python-test generate format clean
+.PHONY: help demo test bench setup build rust-lint rust-test python-lint python-test generate format clean
 
 help: ## List the commands
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 16
@@ -32,6 +33,10 @@ test: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory python-lint
 	@$(MAKE) --no-print-directory python-test
 	$(call say,All passed)
+
+bench: $(VENV)/.ready ## Measure pdn beside GTSAM and CHOLMOD; GRID=quick or full, README=1 fills tests/perf/README.md
+	$(CARGO) build --release --locked -p pdn-perf
+	$(PY) tests/perf/bench.py --grid $(GRID) --binary $(dir $(PDND))pdn-perf $(if $(README),--readme)
 
 setup: $(VENV)/.ready ## Make the Python environment in .venv
 
@@ -81,4 +86,4 @@ format: $(VENV)/.ready ## Format everything
 	$(VENV)/bin/ruff check --fix client-py tests
 
 clean: ## Remove what was built
-	rm -rf $(VENV) demo target
+	rm -rf $(VENV) demo bench target

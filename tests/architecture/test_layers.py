@@ -15,6 +15,7 @@ CRATES = {
     "pdn-state": {"pdn-kernel", "pdn-planning", "pdn-schemas"},
     "pdn-transport": {"pdn-planning", "pdn-schemas", "pdn-state"},
     "pdnd": {"pdn-schemas", "pdn-state", "pdn-transport"},
+    "pdn-perf": {"pdn-kernel", "pdn-planning"},
 }
 
 # crate -> libraries that it must not name, each for the invariant it would break
