@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 import typer
@@ -52,6 +53,21 @@ def test_every_label_lies_on_the_page(flown: list[Path], tmp_path: Path, name: s
     assert (tmp_path / "figure.png").stat().st_size > 50_000
 
 
+@pytest.mark.parametrize("name", scenario_file.packaged())
+def test_the_legend_of_a_mission_covers_no_label(name: str) -> None:
+    scenario = scenario_file.load(name)
+    short = dataclasses.replace(scenario, survey=dataclasses.replace(scenario.survey, lines=2))
+    flown = flight.fly(short, "open-loop", 1.0, 1, FilterPlanner(short))
+    figure = figures.mission(_through_a_file(flown))
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        if legend is not None:
+            label = axes.xaxis.label.get_window_extent(renderer)
+            assert not legend.get_window_extent(renderer).overlaps(label)
+
+
 def test_the_command_tells_programs_what_it_drew(flown: list[Path], tmp_path: Path) -> None:
     app = typer.Typer()
     commands.register(app)
@@ -75,6 +91,12 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
             runs.load(tmp_path / "x.json")
     with pytest.raises(runs.RunError, match="there is no run file"):
         runs.load(tmp_path / "y.json")
+
+
+def _through_a_file(run: record.Run) -> runs.Run:
+    with TemporaryDirectory() as folder:
+        record.save(run, Path(folder) / "run.json")
+        return runs.load(Path(folder) / "run.json")
 
 
 def _texts(figure: Figure) -> Iterator[Text]:

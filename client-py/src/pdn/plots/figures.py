@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from pdn.plots import panels
 from pdn.plots.runs import Run, pick
@@ -93,7 +94,11 @@ def mission(run: Run) -> Figure:
     panels.trajectory(ax, run)
     titled(ax, "a", f"{run.label}: {_revisits(run)}, {run.path_m[-1]:.0f} m")
     ax.legend(
-        handles=panels.trajectory_legend(), loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=10.5
+        handles=panels.trajectory_legend(),
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=ax.transAxes + ScaledTranslation(0.0, -_BELOW_LABEL_IN, figure.dpi_scale_trans),
+        fontsize=10.5,
     )
     line: list[tuple[Run, dict[str, Any]]] = [(run, {"color": POLICY_COLOUR[run.policy]})]
     panels.uncertainty(axes["sure"], line)
@@ -120,6 +125,10 @@ def mission(run: Run) -> Figure:
 
 _CHI2_6_95 = (1.2373, 14.4494)
 """2.5 % and 97.5 % quantiles of chi-squared with 6 degrees of freedom."""
+
+
+_BELOW_LABEL_IN = 0.6
+"""From the lower edge of axes to below their label, however flat the axes are."""
 
 
 def _revisits(run: Run) -> str:
