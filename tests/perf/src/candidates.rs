@@ -1,7 +1,7 @@
 //! A mission's snapshot of a survey, and the round trips that a decision would weigh.
 
 use nalgebra::{Matrix6, Vector6};
-use pdn_planning::belief::virtual_path;
+use pdn_planning::belief::virtual_paths;
 use pdn_planning::round_trip::{RoundTrip, along_route};
 use pdn_planning::route::{Route, routes};
 use pdn_planning::waypoint::goals;
@@ -67,7 +67,7 @@ pub fn snapshot(
     })
 }
 
-/// At most `count` round trips from the robot, the order of their goals being that of the keyframes.
+/// At most `count` round trips from the robot, ordered as planning does: those with common beginnings are neighbours.
 pub fn round_trips(snapshot: &Snapshot, count: usize) -> Result<(Goals, Vec<RoundTrip>), PlanningError> {
     let waypoints = goals(snapshot)?;
     let (goals, chosen): (Goals, Vec<Route>) = if waypoints.len() >= count {
@@ -78,12 +78,17 @@ pub fn round_trips(snapshot: &Snapshot, count: usize) -> Result<(Goals, Vec<Roun
         (Goals::SalientKeyframes, routes(snapshot, &wanted)?.into_iter().flatten().collect())
     };
     let trips = chosen.iter().enumerate().map(|(index, route)| along_route(snapshot, route, index));
-    Ok((goals, trips.collect::<Result<_, _>>()?))
+    let mut trips = trips.collect::<Result<Vec<RoundTrip>, _>>()?;
+    let places = |trip: &RoundTrip| -> Vec<[f64; 3]> {
+        trip.poses.iter().map(|pose| pose.translation.vector.into()).collect()
+    };
+    trips.sort_by(|one, other| places(one).partial_cmp(&places(other)).expect("places are numbers"));
+    Ok((goals, trips))
 }
 
 /// What each round trip adds to the information.
 pub fn paths(snapshot: &Snapshot, trips: &[RoundTrip]) -> Result<Vec<VirtualPath>, PlanningError> {
-    trips.iter().map(|trip| virtual_path(snapshot, trip)).collect()
+    virtual_paths(snapshot, &trips.iter().collect::<Vec<_>>())
 }
 
 fn spread<T>(items: &[T], count: usize) -> impl Iterator<Item = &T> {

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Matrix6;
 use serde::Serialize;
 
-use crate::kernel::{self, BlockSystem, Elimination, KernelError, VirtualPath, Wanted, Workspace};
+use crate::kernel::{self, BlockSystem, Elimination, GROUP, KernelError, VirtualPath, Wanted, Workspace};
 use crate::measure::{Summary, median, summary, timed, wall_ms};
 
 /// Times of K candidates, CPU time of one thread in ms but for `wall`; those of a candidate are medians over repeats.
@@ -20,7 +20,7 @@ pub struct Evaluation {
     /// A candidate's terminal covariance on the tree made at once and on the smoother's.
     pub candidate: Summary,
     pub streamed_candidate: Summary,
-    /// All that a decision asks of a candidate, on the tree made at once; measured once.
+    /// All that a decision asks of a candidate, on the tree made at once.
     pub candidate_variants: Summary,
     /// Ordering and eliminating Lambda_0 from scratch, then the terminal covariance of each candidate.
     pub scratch: f64,
@@ -53,52 +53,57 @@ pub fn shared_ms(system: &BlockSystem, repeats: usize) -> Result<(Elimination, f
     }
 }
 
-/// Times of the first so-manyth of these candidates, for each of the counts; every one is measured `repeats` times.
+/// Times of `counts` of these candidates, evenly spread; every one is measured `repeats` times.
 pub fn evaluations(
     trees: &Trees,
     paths: &[VirtualPath],
     counts: &[usize],
     repeats: usize,
 ) -> Result<Vec<Evaluation>, KernelError> {
-    let terminal = candidate_ms(trees.at_once, paths, Wanted::Terminal, repeats)?;
-    let variants = candidate_ms(trees.at_once, paths, Wanted::Variants, 1)?;
-    let streamed = candidate_ms(trees.streamed, paths, Wanted::Terminal, repeats)?;
-    let of_count = |&count: &usize| {
-        let places = spread(paths.len(), count);
-        let some: Vec<&VirtualPath> = places.iter().map(|&place| &paths[place]).collect();
-        let times = |of: &[f64]| summary(&places.iter().map(|&place| of[place]).collect::<Vec<f64>>());
-        let mean = |of: &dyn Fn(&VirtualPath) -> usize| {
-            some.iter().map(|path| of(path)).sum::<usize>() as f64 / some.len() as f64
-        };
-        let mut walls = [Vec::new(), Vec::new()];
-        for _ in 0..repeats {
-            for threads in [1, 2] {
-                walls[threads - 1].push(wall_of(trees.at_once, &some, threads)?);
-            }
-        }
-        let [candidate, candidate_variants, streamed_candidate] =
-            [times(&terminal), times(&variants), times(&streamed)];
-        Ok(Evaluation {
-            candidates: some.len(),
-            virtual_nodes: mean(&|path| path.unary.len()),
-            links: mean(&|path| path.links.len()),
-            poses: mean(&|path| path.unary.len() + linked(path)),
-            candidate,
-            streamed_candidate,
-            candidate_variants,
-            scratch: trees.shared_ms + candidate.sum,
-            scratch_variants: trees.shared_ms + candidate_variants.sum,
-            streamed: streamed_candidate.sum,
-            wall: walls.map(|walls| median(&walls)),
-        })
-    };
-    counts.iter().map(of_count).collect()
+    counts.iter().map(|&count| evaluation(trees, &spread(paths, count), repeats)).collect()
 }
 
-/// Places of `count` of `all`, evenly spread.
-fn spread(all: usize, count: usize) -> Vec<usize> {
-    let count = count.min(all);
-    (0..count).map(|index| index * all / count).collect()
+fn evaluation(trees: &Trees, paths: &[&VirtualPath], repeats: usize) -> Result<Evaluation, KernelError> {
+    let candidate = summary(&candidate_ms(trees.at_once, paths, Wanted::Terminal, repeats)?);
+    let candidate_variants = summary(&candidate_ms(trees.at_once, paths, Wanted::Variants, repeats)?);
+    let streamed_candidate = summary(&candidate_ms(trees.streamed, paths, Wanted::Terminal, repeats)?);
+    let mut walls = [Vec::new(), Vec::new()];
+    for _ in 0..repeats {
+        for threads in [1, 2] {
+            walls[threads - 1].push(wall_ms_of(trees.at_once, paths, threads)?);
+        }
+    }
+    let mean = |of: &dyn Fn(&VirtualPath) -> usize| {
+        paths.iter().map(|path| of(path)).sum::<usize>() as f64 / paths.len() as f64
+    };
+    Ok(Evaluation {
+        candidates: paths.len(),
+        virtual_nodes: mean(&virtual_nodes),
+        links: mean(&|path| path_links(path)),
+        poses: mean(&|path| virtual_nodes(path) + linked(path)),
+        candidate,
+        streamed_candidate,
+        candidate_variants,
+        scratch: trees.shared_ms + candidate.sum,
+        scratch_variants: trees.shared_ms + candidate_variants.sum,
+        streamed: streamed_candidate.sum,
+        wall: walls.map(|walls| median(&walls)),
+    })
+}
+
+/// `count` of these, evenly spread, in their order.
+fn spread(paths: &[VirtualPath], count: usize) -> Vec<&VirtualPath> {
+    let count = count.min(paths.len());
+    (0..count).map(|index| &paths[index * paths.len() / count]).collect()
+}
+
+fn virtual_nodes(path: &VirtualPath) -> usize {
+    path.nodes() as usize
+}
+
+/// What is expected at a place is expected at each of its nodes.
+fn path_links(path: &VirtualPath) -> usize {
+    path.links.iter().map(|link| path.nodes_at(link.place).into_iter().flatten().count()).sum()
 }
 
 fn linked(path: &VirtualPath) -> usize {
@@ -107,35 +112,44 @@ fn linked(path: &VirtualPath) -> usize {
 
 /// Terminal covariance of each candidate.
 pub fn terminals(elimination: &Elimination, paths: &[VirtualPath]) -> Result<Vec<Matrix6<f64>>, KernelError> {
-    let mut workspace = Workspace::default();
-    paths.iter().map(|path| kernel::evaluate(elimination, path, Wanted::Terminal, &mut workspace)).collect()
+    let all: Vec<&VirtualPath> = paths.iter().collect();
+    let found = in_groups(elimination, &all, Wanted::Terminal)?;
+    Ok(found.into_iter().map(|(terminal, _)| terminal).collect())
 }
 
 /// The time of each candidate: the median over repeats, each of which begins with a new workspace.
 fn candidate_ms(
     elimination: &Elimination,
-    paths: &[VirtualPath],
+    paths: &[&VirtualPath],
     wanted: Wanted,
     repeats: usize,
 ) -> Result<Vec<f64>, KernelError> {
     let mut by_path = vec![Vec::new(); paths.len()];
     for _ in 0..repeats {
-        let mut workspace = Workspace::default();
-        for (path, times) in paths.iter().zip(&mut by_path) {
-            let (result, ms) = timed(|| kernel::evaluate(elimination, path, wanted, &mut workspace));
-            result?;
+        for (times, (_, ms)) in by_path.iter_mut().zip(in_groups(elimination, paths, wanted)?) {
             times.push(ms);
         }
     }
     Ok(by_path.iter().map(|times| median(times)).collect())
 }
 
-fn wall_of(elimination: &Elimination, paths: &[&VirtualPath], threads: usize) -> Result<f64, KernelError> {
-    let next = AtomicUsize::new(0);
+fn in_groups(
+    elimination: &Elimination,
+    paths: &[&VirtualPath],
+    wanted: Wanted,
+) -> Result<Vec<(Matrix6<f64>, f64)>, KernelError> {
+    let mut workspace = Workspace::default();
+    let groups =
+        paths.chunks(GROUP).map(|group| kernel::evaluate(elimination, group, wanted, &mut workspace));
+    Ok(groups.collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+fn wall_ms_of(elimination: &Elimination, paths: &[&VirtualPath], threads: usize) -> Result<f64, KernelError> {
+    let (groups, next): (Vec<_>, _) = (paths.chunks(GROUP).collect(), AtomicUsize::new(0));
     let work = || -> Result<(), KernelError> {
         let mut workspace = Workspace::default();
-        while let Some(path) = paths.get(next.fetch_add(1, Ordering::Relaxed)) {
-            kernel::evaluate(elimination, path, Wanted::Terminal, &mut workspace)?;
+        while let Some(group) = groups.get(next.fetch_add(1, Ordering::Relaxed)) {
+            kernel::evaluate(elimination, group, Wanted::Terminal, &mut workspace)?;
         }
         Ok(())
     };

@@ -48,14 +48,22 @@ pub fn put_paths(arrays: &mut Arrays, paths: &[VirtualPath]) {
     let pair = |pair: &PairInformation| {
         [pair.first, pair.cross, pair.second].map(|block| row_major(&block)).concat()
     };
-    arrays.put_u32("path_nodes", &[], paths.iter().map(|path| path.unary.len() as u32));
-    arrays.put_u32("path_links", &[], paths.iter().map(|path| path.links.len() as u32));
-    arrays.put_f64("unary", &[6, 6], paths.iter().flat_map(|path| &path.unary).flat_map(row_major));
-    arrays.put_f64("steps", &[3, 6, 6], paths.iter().flat_map(|path| &path.steps).flat_map(pair));
-    let links = || paths.iter().flat_map(|path| &path.links);
-    arrays.put_u32("link_ends", &[2], links().flat_map(|link| [link.node, link.keyframe.0]));
-    arrays.put_f64("link_probability", &[], links().map(|link| link.probability));
-    arrays.put_f64("links", &[3, 6, 6], links().flat_map(|link| pair(&link.information)));
+    let unary = |path: &VirtualPath, node: u32| row_major(&path.unary[path.place_of(node) as usize]);
+    arrays.put_u32("path_nodes", &[], paths.iter().map(VirtualPath::nodes));
+    arrays.put_u32("path_links", &[], paths.iter().map(|path| links(path).count() as u32));
+    let nodes = || paths.iter().flat_map(|path| (1..=path.nodes()).map(move |node| (path, node)));
+    arrays.put_f64("unary", &[6, 6], nodes().flat_map(|(path, node)| unary(path, node)));
+    arrays.put_f64("steps", &[3, 6, 6], nodes().flat_map(|(path, node)| pair(path.step(node - 1))));
+    let links = || paths.iter().flat_map(links);
+    arrays.put_u32("link_ends", &[2], links().flat_map(|(node, link)| [node, link.keyframe.0]));
+    arrays.put_f64("link_probability", &[], links().map(|(_, link)| link.probability));
+    arrays.put_f64("links", &[3, 6, 6], links().flat_map(|(_, link)| pair(&link.information)));
+}
+
+/// The links of each virtual node; what is expected at a place is expected at each of its nodes.
+fn links(path: &VirtualPath) -> impl Iterator<Item = (u32, &VirtualLink)> {
+    let at = |link: &VirtualLink| path.nodes_at(link.place).into_iter().flatten();
+    path.links.iter().flat_map(move |link| at(link).map(move |node| (node, link)))
 }
 
 /// The candidates, made one at a time.
@@ -66,20 +74,27 @@ pub fn paths(arrays: &Arrays, robot: Node) -> Result<impl Iterator<Item = Virtua
     let information = arrays.f64("links")?;
     let (mut node, mut link) = (0, 0);
     Ok(nodes.into_iter().zip(links).map(move |(node_count, link_count)| {
-        let (nodes, links) = (node..node + node_count as usize, link..link + link_count as usize);
-        (node, link) = (nodes.end, links.end);
+        let (first_node, links) = (node, link..link + link_count as usize);
+        let places = node_count as usize / 2;
+        (node, link) = (node + node_count as usize, links.end);
+        // The nodes of the way out stand at the places 1 to m, the terminal one at place 0.
+        let at_places = std::iter::once(node - 1).chain(first_node..first_node + places);
+        let link_at = |at: usize| {
+            let node = ends[2 * at];
+            let place = if node == node_count { 0 } else { node };
+            (place as usize <= places).then(|| VirtualLink {
+                place,
+                keyframe: Node(ends[2 * at + 1]),
+                information: pair_information(&information, at),
+                probability: probability[at],
+            })
+        };
         VirtualPath {
             robot,
-            unary: nodes.clone().map(|at| block(&unary, at)).collect(),
-            steps: nodes.map(|at| pair_information(&steps, at)).collect(),
-            links: links
-                .map(|at| VirtualLink {
-                    node: ends[2 * at],
-                    keyframe: Node(ends[2 * at + 1]),
-                    information: pair_information(&information, at),
-                    probability: probability[at],
-                })
-                .collect(),
+            unary: at_places.map(|at| block(&unary, at)).collect(),
+            out: (0..places).map(|place| pair_information(&steps, first_node + place)).collect(),
+            back: (0..places).map(|place| pair_information(&steps, node - 1 - place)).collect(),
+            links: links.filter_map(link_at).collect(),
         }
     }))
 }
@@ -148,5 +163,39 @@ fn pair_information(values: &[f64], at: usize) -> PairInformation {
         first: block(values, 3 * at),
         cross: block(values, 3 * at + 1),
         second: block(values, 3 * at + 2),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_read_as_they_were_written() {
+        let mut next = 0.0;
+        let mut block = || {
+            next += 1.0;
+            Matrix6::from_fn(|row, column| next + (row * 6 + column) as f64 * 1e-3)
+        };
+        let mut pair = || PairInformation { first: block(), cross: block(), second: block() };
+        let mut path = |places: u32| VirtualPath {
+            robot: Node(7),
+            unary: (0..=places).map(|_| pair().first).collect(),
+            out: (0..places).map(|_| pair()).collect(),
+            back: (0..places).map(|_| pair()).collect(),
+            links: [(0, 3), (1, 4), (1, 5), (places, 6)]
+                .map(|(place, keyframe)| VirtualLink {
+                    place,
+                    keyframe: Node(keyframe),
+                    information: pair(),
+                    probability: 1.0 / f64::from(keyframe),
+                })
+                .to_vec(),
+        };
+        let written = [path(3), path(1), path(2)];
+        let mut arrays = Arrays::default();
+        put_paths(&mut arrays, &written);
+        let read: Vec<VirtualPath> = paths(&arrays, Node(7)).expect("the arrays are there").collect();
+        assert_eq!(format!("{read:?}"), format!("{written:?}"));
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::Fallible;
 use crate::arrays::Arrays;
 use crate::input::{self, Blocks};
-use crate::kernel::{self, Node, Stream, Wanted, Workspace};
+use crate::kernel::{self, GROUP, Node, Stream, VirtualPath, Wanted, Workspace};
 use crate::measure::{forget_peak, peak_mb, resident_mb};
 use crate::survey::Keyframe;
 
@@ -39,11 +39,14 @@ pub fn of_evaluation(file: &Path, count: usize) -> Fallible<Memory> {
     let (blocks, paths) = (Blocks::read(&arrays)?, input::paths(&arrays, Node(robot))?);
     let step = (arrays.u32("path_nodes")?.len() / count.max(1)).max(1);
     drop(arrays);
+    let mut paths = paths.step_by(step).peekable();
     while_it_lasts(|| {
         let elimination = kernel::eliminate(blocks.system())?;
         let mut workspace = Workspace::default();
-        for path in paths.step_by(step) {
-            kernel::evaluate(&elimination, &path, Wanted::Terminal, &mut workspace)?;
+        while paths.peek().is_some() {
+            let group: Vec<VirtualPath> = paths.by_ref().take(GROUP).collect();
+            let group: Vec<&VirtualPath> = group.iter().collect();
+            kernel::evaluate(&elimination, &group, Wanted::Terminal, &mut workspace)?;
         }
         Ok(())
     })
