@@ -21,6 +21,7 @@ def connected(
     vehicle: str,
     timeout_s: float,
     zenoh_config: Path | None = None,
+    certificate: Path | None = None,
     console: str | None = None,
 ) -> Iterator[Client]:
     """A client for the length of a command; `console` announces an operator's console of that name."""
@@ -34,6 +35,7 @@ def connected(
         timeout_s=timeout_s,
         connect_timeout_s=min(timeout_s, CONNECT_TIMEOUT_S),
         config_file=zenoh_config,
+        certificate=certificate,
         console=console,
     ) as client:
         yield client

@@ -62,6 +62,7 @@ def import_g2o(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: Annotated[
         float,
@@ -81,7 +82,7 @@ def import_g2o(
         raise CommandFailed(str(error)) from error
     name = mission if mission is not None else _mission_id(file)
     began_s = time.monotonic()
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         client.configure(_configuration(name))
         client.start(f"import of {file.name}", mission=name)
         with client.mission_stream(name, timeout_s=timeout) as events:

@@ -44,6 +44,7 @@ def configure(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
@@ -51,7 +52,7 @@ def configure(
     config = read_config(file)
     if mission is not None:
         config["mission"] = mission
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         state = client.configure(config)
         if start:
             state = client.start("started when configured", mission=state.mission)
@@ -63,11 +64,12 @@ def show(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show the mission as it stands."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         _print_state(client.mission(mission=mission), as_json)
 
 
@@ -102,10 +104,11 @@ def _transition(command: Callable[[Client], Command]) -> Callable[..., None]:
         endpoint: options.Endpoint = DEFAULT_ENDPOINT,
         vehicle: options.Vehicle = "demo",
         zenoh_config: options.ZenohConfig = None,
+        certificate: options.Certificate = None,
         as_json: options.Json = False,
         timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
     ) -> None:
-        with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+        with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
             _print_state(command(client)(reason, mission=mission), as_json)
 
     return run

@@ -47,11 +47,12 @@ def decision(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Ask: explore or revisit? Without a what-if the decision counts, and the mission must be running."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         given = client.decision(
             after=after,
             alpha=alpha,
@@ -73,11 +74,12 @@ def graph(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show the pose graph; a long one is shortened unless --json."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         reply = client.graph(from_, marginals, after=after, mission=mission)
     _show(reply, as_json, tables.print_graph)
 
@@ -88,11 +90,12 @@ def waypoints(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show the waypoints that revisits may go to."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         reply = client.waypoints(after=after, mission=mission)
     _show(reply, as_json, tables.print_waypoints)
 
@@ -103,11 +106,12 @@ def coverage(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show what has been photographed, facet by facet."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         reply = client.coverage(after=after, mission=mission)
     _show(reply, as_json, tables.print_coverage)
 
@@ -118,11 +122,12 @@ def link_model(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
     """Show how likely registrations are, by the saliency of both images, and what that rests on."""
-    with connected(endpoint, vehicle, timeout, zenoh_config) as client:
+    with connected(endpoint, vehicle, timeout, zenoh_config, certificate) as client:
         reply = client.link_model(after=after, mission=mission)
     _show(reply, as_json, tables.print_link_model)
 

@@ -46,6 +46,7 @@ def watch(
     endpoint: options.Endpoint = DEFAULT_ENDPOINT,
     vehicle: options.Vehicle = "demo",
     zenoh_config: options.ZenohConfig = None,
+    certificate: options.Certificate = None,
     as_json: options.Json = False,
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S,
 ) -> None:
@@ -57,7 +58,7 @@ def watch(
     screen = Screen(vehicle, endpoint)
     with (
         contextlib.suppress(KeyboardInterrupt),
-        connected(endpoint, vehicle, timeout, zenoh_config, console=name) as client,
+        connected(endpoint, vehicle, timeout, zenoh_config, certificate, console=name) as client,
         client.watch() as watched,
     ):
         with contextlib.suppress(MissionUnknown, Timeout):
