@@ -55,9 +55,9 @@ def pdnd_binary() -> Path:
     return binary
 
 
-def start_daemon(folder: Path, *arguments: str) -> Daemon:
+def start_daemon(folder: Path, *arguments: str, protocol: str = "tcp") -> Daemon:
     """Starts pdnd on a free port and waits until `pdnd health` finds it ready."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    endpoint = f"{protocol}/127.0.0.1:{free_port()}"
     log = folder / "pdnd.log"
     command = [str(pdnd_binary()), "--listen", endpoint, "--state-dir", str(folder / "state"), *arguments]
     with log.open("wb") as output:
@@ -65,7 +65,7 @@ def start_daemon(folder: Path, *arguments: str) -> Daemon:
 
     def ready() -> bool:
         assert process.poll() is None, f"pdnd ended with {process.returncode}:\n{log.read_text()}"
-        health = [str(pdnd_binary()), "health", "--connect", endpoint]
+        health = [str(pdnd_binary()), "health", "--connect", endpoint, *arguments]
         return subprocess.run(health, capture_output=True, check=False).returncode == 0
 
     wait_until(ready, "pdnd to be ready")

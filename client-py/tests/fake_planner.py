@@ -55,6 +55,7 @@ class FakePlanner:
         self.durable_lag = 0
         self.acknowledges = True
         self.refusal: wire.Problem | None = None
+        self.hears_events = True
         self.silent_topics: set[wire.Topic] = set()
         self.frozen = threading.Event()
         self.encoding: str | None = None
@@ -84,7 +85,7 @@ class FakePlanner:
         self._worker = threading.Thread(target=self._run, args=(self._work,), daemon=True)
         self._worker.start()
         work = self._work
-        for topic in EVENTS:
+        for topic in EVENTS if self.hears_events else ():
             session.declare_subscriber(
                 wire.key(self.vehicle, topic),
                 lambda sample, topic=topic: work.put(lambda: self._event(topic, sample)),

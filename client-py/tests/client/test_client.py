@@ -24,6 +24,7 @@ from pdn.client import (
     IllegalTransition,
     MissionLost,
     MissionUnknown,
+    NotAllowed,
     OutboxFull,
     PlannerAbsent,
     PlannerPresence,
@@ -72,8 +73,18 @@ def test_a_vehicle_that_nobody_plans_for_is_absent(planner: FakePlanner) -> None
 
 def test_a_planner_that_does_not_answer_though_announced(planner: FakePlanner) -> None:
     planner.silent_topics = {wire.Topic.RPC_MISSION}
-    with pytest.raises(PlannerAbsent, match="access rules"):
+    with pytest.raises(NotAllowed, match="access rules probably keep this client from rpc/mission"):
         connect("auv", planner.endpoint, connect_timeout_s=0.5)
+
+
+def test_events_that_nobody_takes_are_noticed_before_they_are_sent(planner: FakePlanner) -> None:
+    planner.stop()
+    planner.hears_events = False
+    planner.start()
+    with connect("auv", planner.endpoint) as client:
+        client.configure({"mission": "m", "target": {"facets": []}})
+        with pytest.raises(NotAllowed, match="it takes a certificate of the role vehicle"):
+            client.mission_stream()
 
 
 def test_a_planner_that_starts_later_is_waited_for(endpoint: str) -> None:
@@ -150,10 +161,20 @@ def test_a_question_that_is_heard_by_nobody_ends_at_its_own_deadline(
 ) -> None:
     planner.silent_topics = {wire.Topic.RPC_WAYPOINTS}
     began_s = time.monotonic()
-    with pytest.raises(PlannerAbsent):
+    with pytest.raises(NotAllowed):
         client.waypoints(timeout_s=0.4)
     assert 0.4 <= time.monotonic() - began_s < 3.0
     assert sum(topic == "rpc/waypoints" for topic, _ in planner.asked) > 2, "it asked again"
+
+
+def test_a_question_that_a_present_planner_does_not_hear_is_given_up_early(
+    planner: FakePlanner, client: Client
+) -> None:
+    planner.silent_topics = {wire.Topic.RPC_WAYPOINTS}
+    began_s = time.monotonic()
+    with pytest.raises(NotAllowed):
+        client.waypoints(timeout_s=60.0)
+    assert time.monotonic() - began_s < 10.0
 
 
 def test_a_question_that_is_never_answered_times_out(planner: FakePlanner, client: Client) -> None:

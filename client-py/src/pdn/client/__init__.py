@@ -12,10 +12,12 @@
             print(client.decision(after=seq).reason)
 
 Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender` and `outbox` (why
-nothing is lost), `watch`, `link` and `session` (Zenoh), `errors`.
+nothing is lost), `watch`, `link` and `session` (Zenoh), `certificates`, `diagnosis` (why it does not work),
+`errors`.
 """
 
 from .client import Client, connect
+from .diagnosis import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
 from .errors import (
     BadReply,
     Conflict,
@@ -26,6 +28,7 @@ from .errors import (
     MissionGap,
     MissionLost,
     MissionUnknown,
+    NotAllowed,
     OutboxFull,
     Overloaded,
     PdnError,
@@ -34,7 +37,6 @@ from .errors import (
     StreamBroken,
     Timeout,
 )
-from .session import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
 from .stream import MissionStream
 from .watch import PlannerPresence, Watch, Watched
 
@@ -52,6 +54,7 @@ __all__ = [
     "MissionLost",
     "MissionStream",
     "MissionUnknown",
+    "NotAllowed",
     "OutboxFull",
     "Overloaded",
     "PdnError",

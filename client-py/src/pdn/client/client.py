@@ -12,11 +12,12 @@ import zenoh
 from pdn import wire
 
 from .commands import Commands
+from .diagnosis import DEFAULT_ENDPOINT
 from .errors import PlannerAbsent, Refused, Timeout
 from .link import Link
 from .outbox import WINDOW
 from .questions import Questions
-from .session import DEFAULT_ENDPOINT, open_session
+from .session import open_session
 from .stream import POST_TIMEOUT_S, MissionStream, OnRejected
 from .watch import Watch
 
@@ -34,6 +35,7 @@ def connect(
     timeout_s: float = TIMEOUT_S,
     connect_timeout_s: float = 5.0,
     config_file: str | Path | None = None,
+    certificate: str | Path | None = None,
     console: str | None = None,
     json_on_wire: bool = False,
 ) -> Client:
@@ -42,15 +44,16 @@ def connect(
         with pdn.client.connect("auv-1") as client:
             print(client.mission().phase)
 
-    `timeout_s` bounds each question, `connect_timeout_s` each of the two steps here. `config_file` is a
-    Zenoh configuration, for instance with certificates. `console` announces an operator's console of that
-    name. With `json_on_wire` messages travel as JSON, to be read on the way. Raises `ConnectionFailed`,
-    `PlannerAbsent` or `Timeout`, with what is probably wrong.
+    `timeout_s` bounds each question, `connect_timeout_s` each of the two steps here. `certificate` is the
+    client's for a secured daemon (`tls/...`), with its key and the authority's `ca.pem` beside it;
+    `config_file` is a Zenoh configuration, for instance with other places for them. `console` announces an
+    operator's console of that name. With `json_on_wire` messages travel as JSON, to be read on the way.
+    Raises `ConnectionFailed`, `PlannerAbsent`, `NotAllowed` or `Timeout`, with what is probably wrong.
     """
     wire.key(vehicle, wire.Topic.RPC_MISSION)  # Refuses an id that would make no key.
-    session = open_session(endpoint, connect_timeout_s, config_file)
+    session, shown = open_session(endpoint, connect_timeout_s, config_file, certificate)
     form = wire.Format.JSON if json_on_wire else wire.Format.BINCODE
-    client = Client(Link(session, vehicle, endpoint, form), timeout_s)
+    client = Client(Link(session, vehicle, endpoint, form, shown), timeout_s)
     try:
         client.wait_for_planner(connect_timeout_s)
         if console is not None:

@@ -5,6 +5,7 @@ Every error of this library is a `PdnError`, so that one `except` covers all of 
     PdnError
     ├── ConnectionFailed      no session with the daemon
     ├── PlannerAbsent         a session, but no planner that answers for this vehicle
+    ├── NotAllowed            the planner is there, but access rules keep this client from it
     ├── Timeout               the planner is there, but something did not come in time
     │   └── OutboxFull        an event found no room in the window in time
     ├── Refused               the planner said no: code, message, seq
@@ -49,6 +50,10 @@ class ConnectionFailed(PdnError):
 
 class PlannerAbsent(PdnError):
     """The session stands, but nobody answers for this vehicle: not ready, another vehicle, or no access."""
+
+
+class NotAllowed(PdnError):
+    """The planner is there, but access rules keep this client's question, command or events from it."""
 
 
 class Timeout(PdnError):

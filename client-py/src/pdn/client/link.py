@@ -11,7 +11,9 @@ import zenoh
 
 from pdn import wire
 
-from .errors import BadReply, Overloaded, PlannerAbsent, Timeout, refused
+from .certificates import Certificate
+from .diagnosis import why_not_allowed
+from .errors import BadReply, NotAllowed, Overloaded, PlannerAbsent, Timeout, refused
 from .outbox import Entry
 
 M = TypeVar("M")
@@ -23,6 +25,9 @@ RETRY_LAST_S = 0.5
 BUSY_S = 0.05
 """Pause before a planner that has no room for questions is asked again, s."""
 
+DENIED_S = 1.0
+"""A planner that is there and has not heard a question for so long is kept from hearing it, s."""
+
 ANSWER_MARGIN_S = 0.25
 """How long before the asker gives up the planner is told to answer, s."""
 
@@ -30,7 +35,15 @@ ANSWER_MARGIN_S = 0.25
 class Link:
     """What a vehicle, or a console of its operator, says and hears."""
 
-    def __init__(self, session: zenoh.Session, vehicle: str, endpoint: str, form: wire.Format) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        vehicle: str,
+        endpoint: str,
+        form: wire.Format,
+        certificate: Certificate | None = None,
+    ) -> None:
+        self.certificate = certificate
         self.session = session
         self.vehicle = vehicle
         self.endpoint = endpoint
@@ -50,12 +63,14 @@ class Link:
         that are None are left out.
 
         Raises `Refused` with the planner's reason, `Timeout` if it was asked and did not answer,
-        `PlannerAbsent` if nobody was there to ask, `BadReply` if the answer cannot be read.
+        `PlannerAbsent` if nobody was there to ask, `NotAllowed` if access rules keep the question from it,
+        `BadReply` if the answer cannot be read.
         """
         selector = self._selector(topic, parameters or {})
         deadline_s = time.monotonic() + timeout_s
         pause_s = RETRY_FIRST_S
         no_room: Overloaded | None = None
+        looked = False
         while (left_s := deadline_s - time.monotonic()) > 0.0:
             replies = self.session.get(
                 selector,
@@ -72,10 +87,16 @@ class Link:
                 except Overloaded as error:
                     no_room = error
             wait_s = pause_s if no_room is None else BUSY_S
+            if no_room is None and not looked and deadline_s - time.monotonic() < timeout_s - DENIED_S:
+                looked = True
+                if self.planner_is_announced():
+                    raise self._not_allowed(topic)
             time.sleep(max(0.0, min(wait_s, deadline_s - time.monotonic())))
             pause_s = min(2.0 * pause_s, RETRY_LAST_S)
         if no_room is not None:
             raise no_room
+        if self.planner_is_announced():
+            raise self._not_allowed(topic)
         raise PlannerAbsent(
             f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._why_nobody_answers()}"
         )
@@ -89,6 +110,23 @@ class Link:
                 encoding=entry.encoding,
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
+
+    def demand_listener(self, topic: wire.Topic, timeout_s: float = 2.0) -> None:
+        """Makes sure that somebody takes what is published there; raises `NotAllowed`.
+
+        Publications that access rules keep away vanish without a word, but so does then the daemon's word
+        that it listens, and that can be seen.
+        """
+        key = wire.key(self.vehicle, topic)
+        publisher = self.session.declare_publisher(key)
+        try:
+            give_up_s = time.monotonic() + timeout_s
+            while not publisher.matching_status.matching:  # type: ignore[attr-defined]
+                if time.monotonic() > give_up_s:
+                    raise self._not_allowed(topic)
+                time.sleep(RETRY_FIRST_S)
+        finally:
+            publisher.undeclare()  # type: ignore[no-untyped-call]
 
     def subscribe(
         self, topic: wire.Topic, hand_over: Callable[[zenoh.Sample], None]
@@ -130,14 +168,18 @@ class Link:
             f"{topic} was answered by an error that is not of this contract ({reply.err.encoding})"
         )
 
+    def _not_allowed(self, topic: wire.Topic) -> NotAllowed:
+        return NotAllowed(
+            f"The planner at {self.endpoint} is there, but does not hear this client under "
+            f"{wire.key(self.vehicle, topic)}: {why_not_allowed(topic, self.certificate)}"
+        )
+
     def _why_nobody_answers(self) -> str:
         if self.session.is_closed() or not any(self.session.info.routers_zid()):
             return "the connection to the daemon is gone. Is it still running?"
-        if self.planner_is_announced():
-            return "the planner is there, so access rules probably keep this client's questions away."
         return (
             "the daemon is there, but no planner has announced itself for this vehicle. "
-            "Is it starting, or may this client not see it?"
+            "Is it starting, or may this client not see it (certificate, role)?"
         )
 
 

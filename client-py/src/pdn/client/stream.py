@@ -46,13 +46,14 @@ class MissionStream(Events):
         window: int = WINDOW,
         timeout_s: float = POST_TIMEOUT_S,
     ) -> None:
-        """Goes on where the mission's events stand; raises `MissionUnknown` and `MissionGap`."""
+        """Goes on where the mission's events stand; raises `MissionUnknown`, `MissionGap`, `NotAllowed`."""
         self.mission = mission
         self.timeout_s = timeout_s
         self.closed = False
         self._link = link
         sender_link = MissionLink(link, mission)
         status = settled_status(sender_link, mission, timeout_s)
+        link.demand_listener(wire.Topic.IN_KEYFRAME)
         sender = Sender(
             mission,
             sender_link,

@@ -29,7 +29,16 @@ ZenohConfig = Annotated[
         "--zenoh-config",
         metavar="FILE",
         envvar="ZENOH_CONFIG",
-        help="Zenoh configuration (JSON5), for instance with certificates.",
+        help="Zenoh configuration (JSON5).",
+    ),
+]
+Certificate = Annotated[
+    Path | None,
+    typer.Option(
+        "--certificate",
+        metavar="FILE",
+        envvar="PDN_CERTIFICATE",
+        help="This client's certificate for tls/... (PEM); its key (.key) and ca.pem stand beside it.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for programs, in the form of the wire.")]

@@ -28,6 +28,7 @@ class Planner:
     endpoint: options.Endpoint = DEFAULT_ENDPOINT
     vehicle: options.Vehicle = DEFAULT_VEHICLE
     zenoh_config: options.ZenohConfig = None
+    certificate: options.Certificate = None
     as_json: options.Json = False
     timeout: options.TimeoutS = options.DEFAULT_TIMEOUT_S
 
@@ -45,6 +46,7 @@ class Planner:
             timeout_s=self.timeout,
             connect_timeout_s=min(self.timeout, CONNECT_TIMEOUT_S),
             config_file=self.zenoh_config,
+            certificate=self.certificate,
             console=console,
         ) as client:
             yield client

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +15,7 @@ import typer
 from pdn.client import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
 
 if TYPE_CHECKING:
+    from pdn.client import Client
     from pdn.sim.scenario import Scenario
 
 
@@ -51,6 +54,14 @@ def sim(
         Path | None,
         typer.Option(
             "--zenoh-config", metavar="FILE", envvar="ZENOH_CONFIG", help="Zenoh configuration (JSON5)."
+        ),
+    ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            envvar="PDN_CERTIFICATE",
+            help="This vehicle's certificate for tls/... (PEM); its key (.key) and ca.pem stand beside it.",
         ),
     ] = None,
     vehicle: Annotated[
@@ -94,7 +105,12 @@ def sim(
 
         print(json.dumps(mission_config(loaded, name, alpha)))
         return
-    _fly(loaded, policy, alpha, seed, out, as_json, connect, zenoh_config, vehicle, name, await_operator)
+    import pdn.client
+
+    connected = partial(
+        pdn.client.connect, vehicle, connect, config_file=zenoh_config, certificate=certificate
+    )
+    _fly(loaded, policy, alpha, seed, out, as_json, connected, name, await_operator)
 
 
 def _list(as_json: bool) -> None:
@@ -115,18 +131,15 @@ def _fly(
     seed: int,
     out: Path | None,
     as_json: bool,
-    endpoint: str,
-    zenoh_config: Path | None,
-    vehicle: str,
+    connected: Callable[[], Client],
     mission: str,
     await_operator_s: float | None,
 ) -> None:
-    import pdn.client
     from pdn.sim import flight, record, remote
     from pdn.sim.progress import shown
 
     with (
-        pdn.client.connect(vehicle, endpoint, config_file=zenoh_config) as client,
+        connected() as client,
         remote.mission(client, scenario, mission, alpha)
         if await_operator_s is None
         else remote.operators_mission(client, await_operator_s) as planner,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
 from pdn import wire
-from pdn.client import Client, MissionStream, Refused, Timeout
+from pdn.client import Client, MissionStream, NotAllowed, PdnError, Refused, Timeout
 from pdn.sim.flight import mission_config
 from pdn.sim.planner import Advice, Fix
 from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
@@ -31,13 +31,15 @@ def mission(client: Client, scenario: Scenario, name: str, alpha: float) -> Iter
 
 @contextmanager
 def operators_mission(client: Client, patience_s: float) -> Iterator[RemotePlanner]:
-    """Wait for a mission that an operator has configured and started, and take it as ``mission`` does."""
+    """Wait for a mission that an operator has configured and started, and take it as ``mission`` does; a
+    vehicle that may not command leaves completing it to the operator.
+    """
     end = time.monotonic() + patience_s
     while (name := _running(client)) is None:
         if time.monotonic() > end:
             raise Timeout(f"no operator has started a mission of this vehicle within {patience_s:g} s")
         time.sleep(POLL_S)
-    with _flown(client, name) as planner:
+    with _flown(client, name, commands=False) as planner:
         yield planner
 
 
@@ -50,15 +52,21 @@ def _running(client: Client) -> str | None:
 
 
 @contextmanager
-def _flown(client: Client, name: str) -> Iterator[RemotePlanner]:
+def _flown(client: Client, name: str, *, commands: bool = True) -> Iterator[RemotePlanner]:
     stream = client.mission_stream(name, on_rejected="collect")
     try:
         yield RemotePlanner(client, stream)
         stream.flush()
-        client.complete("the survey is flown", mission=name)
     except BaseException as error:
-        client.abort(f"the simulator stopped: {type(error).__name__}", mission=name)
+        with suppress(PdnError):  # What went wrong first is what matters.
+            client.abort(f"the simulator stopped: {type(error).__name__}", mission=name)
         raise
+    else:
+        try:
+            client.complete("the survey is flown", mission=name)
+        except NotAllowed:
+            if commands:
+                raise
     finally:
         stream.close()
 
