@@ -226,6 +226,8 @@ class FakePlanner:
                 self.phase = wire.Phase.RUNNING
             case wire.Topic.OP_PAUSE:
                 self.phase = wire.Phase.PAUSED
+            case wire.Topic.OP_HOLD:
+                self.phase = wire.Phase.HELD
             case wire.Topic.OP_COMPLETE:
                 self.phase = wire.Phase.COMPLETED
             case wire.Topic.OP_ABORT:

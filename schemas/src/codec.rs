@@ -17,6 +17,7 @@ use crate::command::{Command, EvaluateRequest};
 use crate::config::MissionConfig;
 use crate::event::{Factor, Keyframe, LinkOutcome};
 use crate::limits::{MAX_REPLY_BYTES, MAX_REQUEST_BYTES};
+use crate::record::{CommandTaken, Configured, DecisionTaken, Reopened, UnreadEvent};
 use crate::reply::{
     Ack, CoverageReply, Decision, EvaluateReply, GraphReply, IngestStatus, LinkModelReply, MissionState,
     Problem, WaypointsReply,
@@ -82,20 +83,22 @@ pub trait MessageVisitor {
 }
 
 macro_rules! messages {
-    ($($name:ident: $bound:ident,)+) => {
+    ($(#[$doc:meta])* $visit:ident: $($name:ident: $bound:ident,)+) => {
         $(impl Message for $name {
             const NAME: &'static str = stringify!($name);
             const BOUND: Bound = Bound::$bound;
         })+
 
-        /// Shows every message type to the visitor.
-        pub fn visit_messages(visitor: &mut impl MessageVisitor) {
+        $(#[$doc])*
+        pub fn $visit(visitor: &mut impl MessageVisitor) {
             $(visitor.visit::<$name>();)+
         }
     };
 }
 
 messages! {
+    /// Shows every message that travels to the visitor.
+    visit_messages:
     Keyframe: Request,
     Factor: Request,
     LinkOutcome: Request,
@@ -112,6 +115,16 @@ messages! {
     WaypointsReply: Reply,
     CoverageReply: Reply,
     LinkModelReply: Reply,
+}
+
+messages! {
+    /// Shows every record that the journal keeps besides messages to the visitor.
+    visit_records:
+    Configured: Reply,
+    UnreadEvent: Reply,
+    CommandTaken: Reply,
+    DecisionTaken: Reply,
+    Reopened: Reply,
 }
 
 /// The payload of a message.

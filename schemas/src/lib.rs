@@ -6,7 +6,7 @@
 //! Reading order: [`shared`] (poses, covariances), [`event`] (what a vehicle sends), [`config`] (what a mission
 //! is), [`command`] and [`reply`] (what is asked and answered), then how they travel: [`ids`], [`topics`] and
 //! [`keys`] (under which name), [`codec`] (as which bytes), [`registry`] (with which layout), [`problem`] (what is
-//! refused, and why) and [`limits`].
+//! refused, and why) and [`limits`]; [`record`] is what the journal keeps besides.
 //!
 //! Conventions: the world frame is north-east-down in metres, `z` is depth; a pose is `world_from_body`; a
 //! tangent vector is `[rho (m); phi (rad)]`, translation first, perturbing on the right in the body frame; every
@@ -30,6 +30,8 @@ pub mod registry;
 
 pub mod limits;
 pub mod problem;
+
+pub mod record;
 
 pub use command::{Command, EvaluateRequest};
 pub use config::MissionConfig;

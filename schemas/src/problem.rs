@@ -103,6 +103,15 @@ codes! {
     Overloaded "overloaded":
         "A queue of the service is full; the request was not looked at.",
         "Ask again after a while; events are sent again by the client's outbox.";
+    NotDurable "not_durable":
+        "The journal cannot be written now, and this must be recorded before it is answered.",
+        "Make room on the disk that the message names, or mend it; the service tries again by itself.";
+    JournalDamaged "journal_damaged":
+        "The journal of the mission is damaged; it is kept as it is, and the mission is not served.",
+        "`pdnd recover` with the file that the message names saves what is whole, up to the damage.";
+    JournalUnreadable "journal_unreadable":
+        "The journal of the mission cannot be read by this user, or by this version of the service.",
+        "The message says which: give the service access, or read it with the version that wrote it.";
     Internal "internal":
         "The service has a fault.",
         "Report it with the message and the service's log.";

@@ -4,7 +4,7 @@
 //! reaches, itself included, sorted by name; [`describe`] writes a layout. It changes exactly when the bytes or
 //! the names of fields and variants change, and not with docs or defaults.
 
-use crate::codec::{Message, MessageVisitor, visit_messages};
+use crate::codec::{Message, MessageVisitor, visit_messages, visit_records};
 use crate::config::{Criterion, Loss};
 use crate::event::{Appearance, FactorKind};
 use crate::reply::{Action, Phase, Policy};
@@ -17,17 +17,32 @@ use std::sync::LazyLock;
 
 /// Every container that a message reaches, by name; takes about a millisecond.
 pub fn registry() -> Registry {
-    struct Trace(Tracer);
-    impl Trace {
-        fn of<T: DeserializeOwned>(&mut self) {
-            self.0.trace_simple_type::<T>().expect("every type of the contract describes itself");
-        }
+    traced(visit_messages)
+}
+
+/// Every container that a message or a record of the journal reaches, by name.
+pub fn journal_registry() -> Registry {
+    traced(|trace| {
+        visit_messages(trace);
+        visit_records(trace);
+    })
+}
+
+struct Trace(Tracer);
+
+impl Trace {
+    fn of<T: DeserializeOwned>(&mut self) {
+        self.0.trace_simple_type::<T>().expect("every type of the contract describes itself");
     }
-    impl MessageVisitor for Trace {
-        fn visit<T: Message>(&mut self) {
-            self.of::<T>();
-        }
+}
+
+impl MessageVisitor for Trace {
+    fn visit<T: Message>(&mut self) {
+        self.of::<T>();
     }
+}
+
+fn traced(visit: impl FnOnce(&mut Trace)) -> Registry {
     let mut trace = Trace(Tracer::new(TracerConfig::default()));
     // An enum within a message is only followed along one variant, so each is traced by itself first.
     trace.of::<Appearance>();
@@ -37,34 +52,47 @@ pub fn registry() -> Registry {
     trace.of::<Phase>();
     trace.of::<Action>();
     trace.of::<Policy>();
-    visit_messages(&mut trace);
+    visit(&mut trace);
     trace.0.registry().expect("every enum of the contract is traced above")
+}
+
+struct Names(Vec<&'static str>);
+
+impl MessageVisitor for Names {
+    fn visit<T: Message>(&mut self) {
+        self.0.push(T::NAME);
+    }
 }
 
 /// The names of the messages, in the order of `schemas/messages.md`.
 pub fn message_names() -> Vec<&'static str> {
-    struct Names(Vec<&'static str>);
-    impl MessageVisitor for Names {
-        fn visit<T: Message>(&mut self) {
-            self.0.push(T::NAME);
-        }
-    }
     let mut names = Names(Vec::new());
     visit_messages(&mut names);
     names.0
 }
 
-/// The hash of the message's layout, the sixteen hexadecimal digits after the `#` of its encoding.
+/// The names of the records that the journal keeps besides messages, in the order of `schemas/journal.md`.
+pub fn record_names() -> Vec<&'static str> {
+    let mut names = Names(Vec::new());
+    visit_records(&mut names);
+    names.0
+}
+
+/// The hash of the layout of a message (the sixteen hexadecimal digits after the `#` of its encoding) or record.
 pub fn layout_hash<T: Message>() -> u64 {
-    layout_hashes()[T::NAME]
+    all_hashes()[T::NAME]
 }
 
 /// The hash of every message, by name.
-pub fn layout_hashes() -> &'static BTreeMap<&'static str, u64> {
+pub fn layout_hashes() -> BTreeMap<&'static str, u64> {
+    message_names().into_iter().map(|name| (name, all_hashes()[name])).collect()
+}
+
+fn all_hashes() -> &'static BTreeMap<&'static str, u64> {
     static HASHES: LazyLock<BTreeMap<&'static str, u64>> = LazyLock::new(|| {
-        let registry = registry();
+        let registry = journal_registry();
         let hash = |name| (name, fnv1a(&layout_text(&registry, name)));
-        message_names().into_iter().map(hash).collect()
+        message_names().into_iter().chain(record_names()).map(hash).collect()
     });
     &HASHES
 }

@@ -127,6 +127,8 @@ topics! {
         "From `running` to `paused`.";
     OpResume "op/resume" Command (Some("Command")) -> (Some("MissionState")) []
         "From `paused` or `held` to `running`.";
+    OpHold "op/hold" Command (Some("Command")) -> (Some("MissionState")) []
+        "From `running` to `held`: no decisions until someone resumes.";
     OpComplete "op/complete" Command (Some("Command")) -> (Some("MissionState")) []
         "Ends the mission as planned.";
     OpAbort "op/abort" Command (Some("Command")) -> (Some("MissionState")) []

@@ -280,9 +280,10 @@ def test_a_vehicle_that_nobody_configured(session: zenoh.Session) -> None:
     assert "op/configure" in str(caught.value)
 
 
-def test_a_decision_needs_a_running_mission(session: zenoh.Session) -> None:
-    idle = Mission(session, "idle")
-    idle.vehicle.ask("op/pause", {"reason": "test"})
+@pytest.mark.parametrize(("command", "phase"), [("pause", "paused"), ("hold", "held")])
+def test_a_decision_needs_a_running_mission(session: zenoh.Session, command: str, phase: str) -> None:
+    idle = Mission(session, f"idle-{command}")
+    assert idle.vehicle.ask(f"op/{command}", {"reason": "test"})["phase"] == phase
     with pytest.raises(ErrorReply) as caught:
         idle.vehicle.ask("rpc/decision")
     assert caught.value.code == "illegal_transition"

@@ -127,6 +127,7 @@ def test_a_mission_is_configured_and_commanded(planner: FakePlanner, json_on_wir
         assert client.resume().phase is wire.Phase.RUNNING
         with pytest.raises(IllegalTransition, match=r"It is running. \[illegal_transition\]"):
             client.start()
+        assert client.hold().phase is wire.Phase.HELD
         assert client.complete().phase is wire.Phase.COMPLETED
         assert client.abort().phase is wire.Phase.ABORTED
         assert client.mission().mission == "m"

@@ -59,7 +59,7 @@ def test_help_lists_the_commands_and_the_exit_codes() -> None:
     [
         ["mission", name]
         for name in (
-            "configure", "start", "pause", "resume", "complete", "abort", "show",
+            "configure", "start", "pause", "resume", "hold", "complete", "abort", "show",
             "decision", "graph", "waypoints", "coverage", "link-model",
         )
     ]
@@ -149,7 +149,8 @@ def test_a_mission_from_file_to_end(planner: FakePlanner, mission_file: str) -> 
     shown = ask(planner, "mission", "show", "--json").stdout
     state = wire.from_json(wire.MissionState, shown)
     assert (state.mission, state.phase, state.config.alpha) == ("n", wire.Phase.RUNNING, 0.5)
-    for command, phase in (("pause", "paused"), ("resume", "running"), ("complete", "completed")):
+    commands = (("pause", "paused"), ("resume", "running"), ("hold", "held"), ("complete", "completed"))
+    for command, phase in commands:
         result = ask(planner, "mission", command, "--reason", "the test")
         assert result.exit_code == 0, result.stderr
         assert phase in result.stdout

@@ -30,8 +30,10 @@ impl Owner {
             Ok(mission) => mission,
             Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
         };
-        let mut decision = mission.record(outcome);
-        decision.timing = timing;
+        let decision = match mission.record(outcome, timing) {
+            Ok(decision) => decision,
+            Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
+        };
         self.log_decision(&decision);
         if decision.decision.is_some() {
             self.state_changed = true;

@@ -49,6 +49,12 @@ class Commands(Asking):
         """From `paused` or `held` to `running`."""
         return self._command(wire.Topic.OP_RESUME, reason, mission, timeout_s)
 
+    def hold(
+        self, reason: str = "", *, mission: str | None = None, timeout_s: float | None = None
+    ) -> wire.MissionState:
+        """From `running` to `held`: no decisions until someone resumes, as after a restart of the planner."""
+        return self._command(wire.Topic.OP_HOLD, reason, mission, timeout_s)
+
     def complete(
         self, reason: str = "", *, mission: str | None = None, timeout_s: float | None = None
     ) -> wire.MissionState:

@@ -82,6 +82,7 @@ _TRANSITIONS: tuple[tuple[str, str, Callable[[Client], Command]], ...] = (
     ("start", "Start the mission: from `configured` to `running`.", lambda client: client.start),
     ("pause", "Pause decisions for a while; events still count.", lambda client: client.pause),
     ("resume", "Go on from `paused` or `held`.", lambda client: client.resume),
+    ("hold", "Stop decisions until someone resumes; events still count.", lambda client: client.hold),
     ("complete", "End the mission as planned.", lambda client: client.complete),
     ("abort", "End the mission before its end.", lambda client: client.abort),
 )

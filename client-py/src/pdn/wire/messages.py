@@ -121,7 +121,7 @@ class Attitude(Struct, frozen=True):
 
 
 class Command(Struct, frozen=True):
-    """Payload of `op/{start,pause,resume,complete,abort}`."""
+    """Payload of `op/{start,pause,resume,hold,complete,abort}`."""
 
     reason: str
     """Why, in a sentence for whoever reads the record; may be empty."""

@@ -59,6 +59,9 @@ class Topic(StrEnum):
     OP_RESUME = "op/resume"
     """From `paused` or `held` to `running`."""
 
+    OP_HOLD = "op/hold"
+    """From `running` to `held`: no decisions until someone resumes."""
+
     OP_COMPLETE = "op/complete"
     """Ends the mission as planned."""
 
@@ -220,6 +223,24 @@ class Code(StrEnum):
     """A queue of the service is full; the request was not looked at.
 
     Ask again after a while; events are sent again by the client's outbox.
+    """
+
+    NOT_DURABLE = "not_durable"
+    """The journal cannot be written now, and this must be recorded before it is answered.
+
+    Make room on the disk that the message names, or mend it; the service tries again by itself.
+    """
+
+    JOURNAL_DAMAGED = "journal_damaged"
+    """The journal of the mission is damaged; it is kept as it is, and the mission is not served.
+
+    `pdnd recover` with the file that the message names saves what is whole, up to the damage.
+    """
+
+    JOURNAL_UNREADABLE = "journal_unreadable"
+    """The journal of the mission cannot be read by this user, or by this version of the service.
+
+    The message says which: give the service access, or read it with the version that wrote it.
     """
 
     INTERNAL = "internal"

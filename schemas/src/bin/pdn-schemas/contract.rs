@@ -146,9 +146,9 @@ impl Contract {
 
     /// `schemas/generated/registry.json`: the hash of every message and the layout of every container.
     pub fn registry_json(&self) -> String {
-        let hashes = registry::layout_hashes().iter();
+        let hashes = registry::layout_hashes().into_iter();
         let messages: BTreeMap<&str, String> =
-            hashes.map(|(&name, hash)| (name, format!("{hash:016x}"))).collect();
+            hashes.map(|(name, hash)| (name, format!("{hash:016x}"))).collect();
         let layout =
             |(name, container): (&String, &ContainerFormat)| (name.clone(), registry::describe(container));
         let containers: BTreeMap<String, String> = self.registry.iter().map(layout).collect();

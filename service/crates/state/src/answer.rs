@@ -8,7 +8,7 @@
 
 use crate::convert::{self, reply::Source};
 use crate::error::StateError;
-use pdn_schemas::reply::{Action, Decision, EvaluateReply, GraphReply, WaypointsReply};
+use pdn_schemas::reply::{Action, Decision, EvaluateReply, GraphReply, LinkModelReply, WaypointsReply};
 use rayon::ThreadPool;
 
 /// What a decision, or the evaluation of paths, is asked with.
@@ -50,13 +50,18 @@ impl WhatIf {
 pub struct DecisionJob {
     pub(crate) source: Source,
     pub(crate) request: DecisionRequest,
+    /// Records of the mission's history when it was asked.
+    pub(crate) basis: u64,
 }
 
 /// A decision that was made, not yet numbered and counted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecisionOutcome {
     pub(crate) decision: Decision,
-    pub(crate) counted: bool,
+    pub(crate) request: DecisionRequest,
+    pub(crate) basis: u64,
+    /// The table that it rests on.
+    pub(crate) link_model: LinkModelReply,
 }
 
 impl DecisionJob {
@@ -76,7 +81,8 @@ impl DecisionJob {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<DecisionOutcome, StateError> {
         let decision = convert::reply::decide(&self.source, &self.request, pool, stop)?;
-        Ok(DecisionOutcome { decision, counted: !self.request.what_if.is_any() })
+        let link_model = convert::reply::link_model_of(&self.source);
+        Ok(DecisionOutcome { decision, request: self.request, basis: self.basis, link_model })
     }
 }
 

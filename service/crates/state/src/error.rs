@@ -1,6 +1,8 @@
 //! Why an event, a command or a question is refused: what is wrong, where, and what to do.
 
+use crate::journal::JournalError;
 use crate::lifecycle::{how_to_run, name};
+use crate::vehicle::Absence;
 use pdn_schemas::problem::Code;
 use pdn_schemas::reply::{Phase, Problem};
 
@@ -18,6 +20,22 @@ pub enum StateError {
         mission: String,
         /// The ids that would have been found.
         kept: Vec<String>,
+    },
+    /// A mission of an earlier run is not served.
+    #[error("{}", absent(.mission, .why))]
+    Absent {
+        /// The mission.
+        mission: String,
+        /// Why.
+        why: Absence,
+    },
+    /// A journal cannot be read or written.
+    #[error("the journal {file}: {error}")]
+    Journal {
+        /// The file.
+        file: String,
+        /// Why.
+        error: JournalError,
     },
     /// Another mission is under way.
     #[error("mission \"{mission}\" is {}; complete or abort it before configuring another", name(*.phase))]
@@ -222,6 +240,9 @@ impl StateError {
         match self {
             StateError::NoMission => Code::NoMission,
             StateError::UnknownMission { .. } => Code::UnknownMission,
+            StateError::Absent { why: Absence::Reading, .. } => Code::NotReady,
+            StateError::Absent { why: Absence::Unreadable { error, .. }, .. }
+            | StateError::Journal { error, .. } => error.code(),
             StateError::MissionActive { .. }
             | StateError::IllegalTransition { .. }
             | StateError::NotRunning { .. } => Code::IllegalTransition,
@@ -249,6 +270,18 @@ impl StateError {
     /// What goes on the wire; `seq` is the event's number, null for a query.
     pub fn problem(&self, seq: Option<u64>) -> Problem {
         Problem::new(self.code(), self.to_string(), seq)
+    }
+}
+
+fn absent(mission: &str, why: &Absence) -> String {
+    match why {
+        Absence::Reading => {
+            format!("the journal of mission \"{mission}\" is being read; ask again in a while")
+        }
+        Absence::Unreadable { file, error } => format!(
+            "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; `pdnd recover {file}` \
+             saves what is whole, and another mission can be configured"
+        ),
     }
 }
 

@@ -2,15 +2,17 @@
 //! decisions, bit for bit.
 //!
 //! Reading order. What can go wrong and how much is allowed: [`error`], [`limits`]. What happens to a mission:
-//! [`lifecycle`], [`event`], `ingest` (the order of events). What events do: `change` (an event that has been
-//! checked), `settings`, `book` (which keyframes are in the graph and which wait), `fold` (the pose graph, the area and
-//! P_L that grow with them), `trail`, `survey`, `view` (the state at a moment, immutable). Who owns it: [`mission`],
-//! [`vehicle`]. What is answered: [`answer`]. Where the messages of the contract meet the types of the method:
-//! `convert`, and nowhere else.
+//! [`lifecycle`], [`event`], `ingest` (the order of events), [`history`] (entry by entry), `chronicle` (what of it is
+//! written down). What events do: `change` (an event that has been checked), `settings`, `book` (which keyframes are in
+//! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `trail`, `survey`, `view`
+//! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. What
+//! survives: [`journal`] (the file), [`recovery`] (a mission from its journal), [`replay`] (its decisions once more).
+//! Where the messages of the contract meet the types of the method: `convert`, and nowhere else.
 //!
-//! Nothing here reads a clock, starts a thread or does input or output: the time is passed in, questions that take
-//! long are jobs that the caller runs where it likes, and a journal wraps [`Vehicle`] from outside, since
-//! [`Vehicle::configure`], [`Vehicle::offer`] and [`Vehicle::command`] are all that changes one.
+//! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is passed in,
+//! questions that take long are jobs that the caller runs where it likes, and what is to be written waits to be taken
+//! ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`], [`Vehicle::offer`], [`Vehicle::command`] and
+//! [`Mission::record`] are all that changes one.
 
 pub mod error;
 pub mod limits;
@@ -20,6 +22,9 @@ pub mod lifecycle;
 pub mod event;
 mod ingest;
 pub mod offered;
+
+mod chronicle;
+pub mod history;
 
 mod book;
 mod change;
@@ -35,6 +40,10 @@ pub mod vehicle;
 
 pub mod answer;
 
+pub mod journal;
+pub mod recovery;
+pub mod replay;
+
 mod convert;
 
 pub use answer::{
@@ -42,8 +51,10 @@ pub use answer::{
 };
 pub use error::StateError;
 pub use event::{Event, Undecodable};
+pub use history::{Entry, Record, SOFTWARE};
+pub use journal::{Journal, JournalError};
 pub use lifecycle::Operation;
 pub use limits::Limits;
 pub use mission::Mission;
 pub use offered::{Offered, Refusal};
-pub use vehicle::Vehicle;
+pub use vehicle::{Absence, Prepared, Unwritten, Vehicle};

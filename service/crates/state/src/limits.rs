@@ -1,6 +1,7 @@
 //! How much of anything one vehicle may hold, checked before memory is taken.
 
 use pdn_schemas::limits;
+use pdn_schemas::record::Bounds;
 
 /// Bounds of one vehicle and of each of its missions. Each is named in the configuration of the daemon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +34,40 @@ pub struct Limits {
     pub max_path_points: usize,
     /// Bytes of the reason of a command.
     pub max_reason_bytes: usize,
+}
+
+impl Limits {
+    /// Those that decide which configurations and events a mission takes.
+    pub(crate) fn bounds(&self) -> Bounds {
+        Bounds {
+            max_events: self.max_events,
+            max_keyframes: self.max_keyframes as u64,
+            max_factors: self.max_factors as u64,
+            max_factors_per_keyframe: self.max_factors_per_keyframe as u64,
+            max_facets: self.max_facets as u64,
+            max_cells: self.max_cells,
+            max_survey_points: self.max_survey_points as u64,
+            max_link_bins: u64::from(self.max_link_bins),
+            max_reason_bytes: self.max_reason_bytes as u64,
+        }
+    }
+
+    /// These with the bounds of a mission.
+    pub(crate) fn within(self, bounds: &Bounds) -> Limits {
+        let count = |bound| usize::try_from(bound).unwrap_or(usize::MAX);
+        Limits {
+            max_events: bounds.max_events,
+            max_keyframes: count(bounds.max_keyframes),
+            max_factors: count(bounds.max_factors),
+            max_factors_per_keyframe: count(bounds.max_factors_per_keyframe),
+            max_facets: count(bounds.max_facets),
+            max_cells: bounds.max_cells,
+            max_survey_points: count(bounds.max_survey_points),
+            max_link_bins: u32::try_from(bounds.max_link_bins).unwrap_or(u32::MAX),
+            max_reason_bytes: count(bounds.max_reason_bytes),
+            ..self
+        }
+    }
 }
 
 impl Default for Limits {

@@ -1,26 +1,30 @@
 //! One mission: its phase, the order of its events, and the fold of what they say.
 
-use crate::answer::{DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
+use crate::answer::{DecisionJob, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
+use crate::chronicle::Chronicle;
 use crate::convert::{self, reply::Source};
 use crate::error::StateError;
 use crate::event::Event;
 use crate::fold::Fold;
+use crate::history::event_record;
 use crate::ingest::{Arrival, Ingest};
-use crate::lifecycle::{self, Operation};
+use crate::lifecycle;
 use crate::limits::Limits;
 use crate::offered::{Offered, Refusal};
-use crate::settings::Settings;
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::limits::MAX_MISSING_RANGES;
-use pdn_schemas::reply::{
-    Ack, CoverageReply, Decision, Health, IngestStatus, LinkModelReply, MissionState, Phase,
-};
+use pdn_schemas::record::Configured;
+use pdn_schemas::reply::{Ack, CoverageReply, Health, IngestStatus, LinkModelReply, MissionState, Phase};
+use std::collections::BTreeMap;
+
+mod history;
 
 /// One mission of a vehicle.
 #[derive(Clone, Debug)]
 pub struct Mission {
     config: MissionConfig,
     limits: Limits,
+    ordinal: u64,
     phase: Phase,
     reason: String,
     since_ns: u64,
@@ -29,22 +33,39 @@ pub struct Mission {
     rejected: u64,
     decisions: u64,
     revisits: u64,
+    chronicle: Chronicle,
+    /// What is wrong around the mission, by what it concerns.
+    concerns: BTreeMap<&'static str, String>,
 }
 
 impl Mission {
-    pub(crate) fn new(config: MissionConfig, settings: Settings, limits: Limits, now_ns: u64) -> Mission {
-        Mission {
-            config,
+    /// A mission that begins with this record, in the bounds that it names, and before which its journal has
+    /// so many others.
+    ///
+    /// # Errors
+    /// The first field of the configuration that has no meaning.
+    pub(crate) fn configured(
+        configured: Configured,
+        limits: Limits,
+        records: u64,
+    ) -> Result<Mission, StateError> {
+        let limits = limits.within(&configured.bounds);
+        let settings = convert::config::settings(&configured.config, &limits)?;
+        Ok(Mission {
+            config: configured.config,
             limits,
+            ordinal: configured.ordinal,
             phase: Phase::Configured,
             reason: "configured".to_string(),
-            since_ns: now_ns,
+            since_ns: configured.at_ns,
             ingest: Ingest::default(),
             fold: Fold::new(settings, limits),
             rejected: 0,
             decisions: 0,
             revisits: 0,
-        }
+            chronicle: Chronicle::after(records + 1),
+            concerns: BTreeMap::new(),
+        })
     }
 
     /// Its id.
@@ -57,6 +78,11 @@ impl Mission {
         self.phase
     }
 
+    /// Its number among the missions of the vehicle.
+    pub fn ordinal(&self) -> u64 {
+        self.ordinal
+    }
+
     /// All events below are consumed; what `after=` waits for.
     pub fn next_seq(&self) -> u64 {
         self.ingest.next_seq()
@@ -65,6 +91,14 @@ impl Mission {
     /// Whether no event has come yet.
     pub fn is_untouched(&self) -> bool {
         self.phase == Phase::Configured && self.ingest.next_seq() == 0 && self.ingest.buffered() == 0
+    }
+
+    /// Tells in the mission's health what is wrong around it, or no longer is.
+    pub fn set_concern(&mut self, about: &'static str, finding: Option<String>) {
+        match finding {
+            Some(finding) => self.concerns.insert(about, finding),
+            None => self.concerns.remove(about),
+        };
     }
 
     pub(crate) fn offer(&mut self, event: Event) -> Offered {
@@ -81,13 +115,14 @@ impl Mission {
             return Offered::refused(self.id(), seq, self.next_seq(), error);
         }
         match self.ingest.take(event, self.limits.max_buffered_events, self.limits.max_events) {
-            Ok(Arrival::Due(due)) => {
-                due.into_iter().for_each(|event| self.apply(event, &mut offered));
-                self.rejected += offered.refused.len() as u64;
-            }
+            Ok(Arrival::Due(due)) => due.into_iter().for_each(|event| self.apply(event, &mut offered)),
             Ok(Arrival::Waiting) => {}
             Ok(Arrival::Repeat) => offered.repeat = true,
-            Err(error) => offered.refused.push(Refusal { seq, error }),
+            Err(error) => {
+                let refusal = Refusal { seq, error };
+                self.note_turned_away(&refusal);
+                offered.refused.push(refusal);
+            }
         }
         offered.next_seq = self.next_seq();
         offered
@@ -95,33 +130,24 @@ impl Mission {
 
     fn apply(&mut self, event: Event, offered: &mut Offered) {
         let seq = event.seq();
-        let refused = match convert::event::change(event) {
-            Ok(change) => self.fold.apply(seq, change),
+        let refused = match self.chronicle.push(|| event_record(&event)) {
+            Ok(()) => self.consume(event),
             Err(error) => vec![Refusal { seq, error }],
         };
+        self.note_refused(&refused);
         offered.applied += u64::from(refused.iter().all(|refusal| refusal.seq != seq));
         offered.refused.extend(refused);
     }
 
-    pub(crate) fn command(
-        &mut self,
-        operation: Operation,
-        reason: &str,
-        now_ns: u64,
-    ) -> Result<(), StateError> {
-        if reason.len() > self.limits.max_reason_bytes {
-            return Err(StateError::TooLong {
-                field: "reason".to_string(),
-                count: reason.len() as u64,
-                bound: "max_reason_bytes",
-                limit: self.limits.max_reason_bytes as u64,
-            });
-        }
-        self.phase = lifecycle::transition(self.phase, operation)?;
-        let by_itself = || format!("{} by \"{}\"", lifecycle::name(self.phase), operation.name());
-        self.reason = if reason.is_empty() { by_itself() } else { reason.to_string() };
-        self.since_ns = now_ns;
-        Ok(())
+    /// Folds an event whose turn it is.
+    fn consume(&mut self, event: Event) -> Vec<Refusal> {
+        let seq = event.seq();
+        let refused = match convert::event::change(event) {
+            Ok(change) => self.fold.apply(seq, change),
+            Err(error) => vec![Refusal { seq, error }],
+        };
+        self.rejected += refused.len() as u64;
+        refused
     }
 
     /// Prepares a decision: the mission's own, or a what-if.
@@ -134,19 +160,7 @@ impl Mission {
             return Err(StateError::NotRunning { phase: self.phase });
         }
         convert::question::check_what_if(&request.what_if)?;
-        Ok(DecisionJob { source: self.source()?, request })
-    }
-
-    /// Numbers and counts a decision, in the order of recording; a what-if stays without a number.
-    pub fn record(&mut self, outcome: DecisionOutcome) -> Decision {
-        let revisit = outcome.is_revisit();
-        let mut decision = outcome.decision;
-        if outcome.counted {
-            decision.decision = Some(self.decisions);
-            self.decisions += 1;
-            self.revisits += u64::from(revisit);
-        }
-        decision
+        Ok(DecisionJob { source: self.source()?, request, basis: self.records() })
     }
 
     /// Prepares the evaluation of paths that a person drew: world points, m, from the robot's position on.
@@ -187,13 +201,13 @@ impl Mission {
         convert::reply::link_model(self.id().to_string(), self.next_seq(), self.fold.link_model())
     }
 
-    /// `rpc/ingest`; `rejected` counts the events whose number was consumed but whose content was not. Without a journal nothing survives the process: `durable_seq` is `next_seq`, which then means
-    /// applied and no more (the setting `durability = "memory"`).
+    /// `rpc/ingest`; `rejected` counts the events whose number was consumed but whose content was not. Without a journal
+    /// nothing survives the process: `durable_seq` is `next_seq`, which then means applied and no more.
     pub fn ingest_status(&self) -> IngestStatus {
         IngestStatus {
             mission: self.id().to_string(),
             next_seq: self.next_seq(),
-            durable_seq: self.next_seq(),
+            durable_seq: self.chronicle.durable_seq(self.next_seq()),
             buffered: self.ingest.buffered() as u64,
             missing: self.ingest.missing(MAX_MISSING_RANGES),
             rejected: self.rejected,
@@ -202,12 +216,17 @@ impl Mission {
 
     /// `out/ack`; `durable_seq` as in [`Mission::ingest_status`].
     pub fn ack(&self) -> Ack {
-        Ack { mission: self.id().to_string(), next_seq: self.next_seq(), durable_seq: self.next_seq() }
+        Ack {
+            mission: self.id().to_string(),
+            next_seq: self.next_seq(),
+            durable_seq: self.chronicle.durable_seq(self.next_seq()),
+        }
     }
 
     /// `rpc/mission`, `out/state`. Cost beyond solving for the events not yet solved for: one marginal.
     pub fn state(&mut self) -> MissionState {
-        let mut findings = self.fold.findings();
+        let mut findings: Vec<String> = self.concerns.values().cloned().collect();
+        findings.extend(self.fold.findings());
         let robot = self.fold.robot().unwrap_or_else(|error| {
             findings.push(error.to_string());
             None

@@ -1,36 +1,74 @@
 //! The missions of one vehicle, owned by one task.
 
-use crate::convert;
 use crate::error::StateError;
 use crate::event::{Event, Undecodable};
+use crate::history::{Record, SOFTWARE};
 use crate::lifecycle::{self, Operation};
 use crate::limits::Limits;
 use crate::mission::Mission;
 use crate::offered::Offered;
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::problem::Code;
+use pdn_schemas::record::Configured;
 use std::collections::{BTreeMap, BTreeSet};
+
+mod restore;
+
+pub use restore::Absence;
 
 /// The missions of one vehicle: the current one, which is the last that was configured, and those that ended.
 #[derive(Clone, Debug)]
 pub struct Vehicle {
     limits: Limits,
+    /// Id under which histories are kept; none if nobody keeps them.
+    kept_as: Option<String>,
     missions: BTreeMap<String, Mission>,
     ended: Vec<String>,
     used_ids: BTreeSet<String>,
+    next_ordinal: u64,
     current: Option<String>,
+    /// Missions of earlier runs that are not here, and why.
+    absent: BTreeMap<String, Absence>,
+}
+
+/// A configuration that has been checked, and that nothing depends on yet.
+#[derive(Debug)]
+pub struct Prepared {
+    mission: Mission,
+    replaces: bool,
+}
+
+/// What of a mission's history is to be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unwritten {
+    /// Id of the mission.
+    pub mission: String,
+    /// In order.
+    pub records: Vec<Record>,
+    /// Once they are durable, so are all events below.
+    pub next_seq: u64,
+    /// Whether the mission has ended, and these are the last.
+    pub last: bool,
 }
 
 impl Vehicle {
-    /// A vehicle without missions.
+    /// A vehicle without missions, whose histories nobody keeps.
     pub fn new(limits: Limits) -> Vehicle {
         Vehicle {
             limits,
+            kept_as: None,
             missions: BTreeMap::new(),
             ended: Vec::new(),
             used_ids: BTreeSet::new(),
+            next_ordinal: 0,
             current: None,
+            absent: BTreeMap::new(),
         }
+    }
+
+    /// A vehicle without missions, whose histories wait to be written: see [`Vehicle::take_unwritten`].
+    pub fn kept(id: &str, limits: Limits) -> Vehicle {
+        Vehicle { kept_as: Some(id.to_owned()), ..Vehicle::new(limits) }
     }
 
     /// Makes a new mission the current one. A mission that was configured but never started gives way: it is
@@ -40,19 +78,26 @@ impl Vehicle {
     /// [`StateError::MissionActive`], [`StateError::MissionUsed`], [`StateError::Limit`], or what is wrong with the
     /// configuration, with the path of its field. Nothing has changed then.
     pub fn configure(&mut self, config: MissionConfig, now_ns: u64) -> Result<&mut Mission, StateError> {
-        let mission = config.mission.clone();
-        let mut replaces = false;
-        if let Some(current) = self.current.as_ref().and_then(|current| self.missions.get(current)) {
-            if lifecycle::is_active(current.phase()) {
-                let mission = current.id().to_string();
-                return Err(StateError::MissionActive { mission, phase: current.phase() });
-            }
-            replaces = current.id() == mission && current.is_untouched();
+        let prepared = self.prepare(config, now_ns)?;
+        self.adopt(prepared, now_ns)
+    }
+
+    /// [`Vehicle::configure`] up to the point of no return.
+    ///
+    /// # Errors
+    /// As [`Vehicle::configure`].
+    pub fn prepare(&self, config: MissionConfig, now_ns: u64) -> Result<Prepared, StateError> {
+        let id = config.mission.clone();
+        let current = self.current.as_ref().and_then(|current| self.missions.get(current));
+        if let Some(current) = current.filter(|current| lifecycle::is_active(current.phase())) {
+            let mission = current.id().to_string();
+            return Err(StateError::MissionActive { mission, phase: current.phase() });
         }
-        if self.used_ids.contains(&mission) && !replaces {
-            return Err(StateError::MissionUsed { mission });
+        let replaced = current.filter(|current| current.id() == id && current.is_untouched());
+        if self.used_ids.contains(&id) && replaced.is_none() {
+            return Err(StateError::MissionUsed { mission: id });
         }
-        if !replaces && self.used_ids.len() >= self.limits.max_mission_ids {
+        if replaced.is_none() && self.used_ids.len() >= self.limits.max_mission_ids {
             return Err(StateError::Limit {
                 what: "mission ids of the vehicle",
                 bound: "max_mission_ids",
@@ -60,13 +105,36 @@ impl Vehicle {
                 advice: "use another vehicle id",
             });
         }
-        let settings = convert::config::settings(&config, &self.limits)?;
-        if !replaces {
-            self.abandon(&mission, now_ns);
+        let configured = Configured {
+            vehicle: self.kept_as.clone().unwrap_or_default(),
+            ordinal: replaced.map_or(self.next_ordinal, Mission::ordinal),
+            at_ns: now_ns,
+            software: SOFTWARE.to_owned(),
+            bounds: self.limits.bounds(),
+            config,
+        };
+        let records = replaced.map_or(0, Mission::records);
+        let mut mission = Mission::configured(configured.clone(), self.limits, records)?;
+        if self.kept_as.is_some() {
+            mission.keep_history(configured)?;
         }
-        self.used_ids.insert(mission.clone());
-        self.current = Some(mission.clone());
-        self.missions.insert(mission.clone(), Mission::new(config, settings, self.limits, now_ns));
+        Ok(Prepared { mission, replaces: replaced.is_some() })
+    }
+
+    /// The rest of [`Vehicle::configure`]; `prepared` is this vehicle's, and nothing has happened since.
+    ///
+    /// # Errors
+    /// [`StateError::Internal`] if a history cannot be noted.
+    pub fn adopt(&mut self, prepared: Prepared, now_ns: u64) -> Result<&mut Mission, StateError> {
+        let Prepared { mission, replaces } = prepared;
+        let id = mission.id().to_string();
+        if !replaces {
+            self.abandon(&id, now_ns)?;
+        }
+        self.used_ids.insert(id.clone());
+        self.next_ordinal = self.next_ordinal.max(mission.ordinal() + 1);
+        self.current = Some(id.clone());
+        self.missions.insert(id, mission);
         self.forget();
         self.mission(None)
     }
@@ -111,9 +179,13 @@ impl Vehicle {
     /// The mission of that id, or the current one.
     ///
     /// # Errors
-    /// [`StateError::NoMission`], [`StateError::UnknownMission`] with the ids that are kept.
+    /// [`StateError::NoMission`], [`StateError::UnknownMission`] with the ids that are kept,
+    /// [`StateError::Absent`] for one whose journal is not read yet or cannot be read.
     pub fn mission(&mut self, id: Option<&str>) -> Result<&mut Mission, StateError> {
-        let id = id.or(self.current.as_deref()).ok_or(StateError::NoMission)?.to_string();
+        let id = id.or(self.current.as_deref()).map(str::to_string).ok_or(StateError::NoMission)?;
+        if let Some(why) = self.absent.get(&id) {
+            return Err(StateError::Absent { mission: id, why: why.clone() });
+        }
         let kept: Vec<String> = self.missions.keys().cloned().collect();
         self.missions.get_mut(&id).ok_or(StateError::UnknownMission { mission: id, kept })
     }
@@ -123,18 +195,49 @@ impl Vehicle {
         self.missions.keys().map(String::as_str)
     }
 
-    fn abandon(&mut self, successor: &str, now_ns: u64) {
+    /// What of the histories is to be written; from now on it is the caller's.
+    pub fn take_unwritten(&mut self) -> Vec<Unwritten> {
+        let unwritten = self.missions.values_mut().map(|mission| Unwritten {
+            mission: mission.id().to_string(),
+            records: mission.take_unwritten(),
+            next_seq: mission.next_seq(),
+            last: lifecycle::has_ended(mission.phase()),
+        });
+        unwritten.filter(|unwritten| !unwritten.records.is_empty()).collect()
+    }
+
+    fn abandon(&mut self, successor: &str, now_ns: u64) -> Result<(), StateError> {
         let current = self.current.as_ref().and_then(|current| self.missions.get_mut(current));
-        let Some(mission) = current.filter(|mission| !lifecycle::has_ended(mission.phase())) else { return };
+        let Some(mission) = current.filter(|mission| !lifecycle::has_ended(mission.phase())) else {
+            return Ok(());
+        };
         let reason = format!("gave way to mission \"{successor}\" before it was started");
-        if mission.command(Operation::Abort, &reason, now_ns).is_ok() {
-            self.ended.push(mission.id().to_string());
-        }
+        mission.command(Operation::Abort, &reason, now_ns)?;
+        self.ended.push(mission.id().to_string());
+        Ok(())
     }
 
     fn forget(&mut self) {
         while self.missions.len() > self.limits.max_missions.max(1) && !self.ended.is_empty() {
             self.missions.remove(&self.ended.remove(0));
         }
+    }
+}
+
+impl Prepared {
+    /// The records with which a new journal begins; empty if the mission goes on in the journal of the one that it
+    /// replaces, or nobody keeps it.
+    pub fn take_first_records(&mut self) -> Vec<Record> {
+        if self.replaces { Vec::new() } else { self.mission.take_unwritten() }
+    }
+
+    /// Id of the mission.
+    pub fn mission(&self) -> &str {
+        self.mission.id()
+    }
+
+    /// Its number among the missions of the vehicle.
+    pub fn ordinal(&self) -> u64 {
+        self.mission.ordinal()
     }
 }

@@ -4,7 +4,7 @@
 mod support;
 
 use pdn_schemas::problem::Code;
-use pdn_schemas::reply::{Action, Phase, Policy};
+use pdn_schemas::reply::{Action, Phase, Policy, Timing};
 use pdn_state::{DecisionRequest, Limits, Operation, StateError, Vehicle, WhatIf};
 use support::{config, mission, pool, running, script};
 
@@ -155,7 +155,7 @@ fn a_small_mission_from_configuration_to_completion() {
         };
         let job = mission.begin_decision(request).expect("running");
         let outcome = job.run(&pool, &|| false).expect("a decision");
-        let decision = mission.record(outcome);
+        let decision = mission.record(outcome, Timing::default()).expect("small enough");
         assert_eq!(decision.decision, (number < 2).then_some(number));
         assert_eq!((decision.graph_seq, decision.policy), (script.seq(), Policy::Pdn));
         assert!(decision.complete && !decision.candidates.is_empty() && decision.link_model.is_some());

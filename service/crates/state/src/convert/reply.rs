@@ -41,7 +41,6 @@ pub fn decide(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Decision, StateError> {
     let decided = source.view.decide(&question(request, &source.view.settings().allowable), pool, stop)?;
-    let table = || link_model(source.mission.clone(), source.graph_seq, source.view.link_model());
     Ok(Decision {
         mission: source.mission.clone(),
         decision: None,
@@ -65,7 +64,7 @@ pub fn decide(
         target_m2: decided.target_m2,
         covered_m2: decided.covered_m2,
         complete: decided.complete,
-        link_model: request.full.then(table),
+        link_model: request.full.then(|| link_model_of(source)),
         timing: Timing::default(),
         reason: decided.reason,
     })
@@ -174,6 +173,11 @@ pub fn coverage(
         cell_m: coverage.cell_m(),
         facets: facets.collect(),
     }
+}
+
+/// The table of P_L that an answer rests on.
+pub fn link_model_of(source: &Source) -> LinkModelReply {
+    link_model(source.mission.clone(), source.graph_seq, source.view.link_model())
 }
 
 /// `rpc/link_model`.

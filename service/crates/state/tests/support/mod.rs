@@ -2,6 +2,9 @@
 
 #![allow(dead_code)] // each test file uses its part
 
+pub mod history;
+pub mod storage;
+
 use pdn_schemas::codec::{self, Format};
 use pdn_schemas::config::{Facet, MissionConfig, Target};
 use pdn_schemas::event::{Appearance, Factor, FactorKind, Keyframe, LinkOutcome};

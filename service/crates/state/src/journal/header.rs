@@ -1,0 +1,70 @@
+//! What a journal says of itself, before any record is read.
+
+use crate::history::SOFTWARE;
+use crate::journal::error::JournalError;
+use pdn_schemas::record::{JOURNAL_FORMAT, Kind};
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
+
+const HEADER: TableDefinition<&str, &str> = TableDefinition::new("header");
+const LAYOUTS: TableDefinition<&str, u64> = TableDefinition::new("layouts");
+
+/// What a journal says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// A number drawn when the journal was made, by which its records are told from all others.
+    pub identity: u64,
+    /// Id of the vehicle.
+    pub vehicle: String,
+    /// Id of the mission.
+    pub mission: String,
+    /// What made it.
+    pub software: String,
+}
+
+impl Header {
+    /// The header of a new journal.
+    pub fn new(identity: u64, vehicle: &str, mission: &str) -> Header {
+        let (vehicle, mission) = (vehicle.to_owned(), mission.to_owned());
+        Header { identity, vehicle, mission, software: SOFTWARE.to_owned() }
+    }
+
+    pub(super) fn write(&self, group: &WriteTransaction) -> Result<(), JournalError> {
+        let mut header = group.open_table(HEADER)?;
+        header.insert("format", JOURNAL_FORMAT.to_string().as_str())?;
+        header.insert("identity", format!("{:016x}", self.identity).as_str())?;
+        header.insert("vehicle", self.vehicle.as_str())?;
+        header.insert("mission", self.mission.as_str())?;
+        header.insert("software", self.software.as_str())?;
+        let mut layouts = group.open_table(LAYOUTS)?;
+        for kind in Kind::ALL {
+            layouts.insert(kind.schema(), kind.layout_hash())?;
+        }
+        Ok(())
+    }
+
+    /// Reads and judges it: this version must know the format and the layout of every message and record.
+    pub(super) fn read(tables: &Database) -> Result<Header, JournalError> {
+        let read = tables.begin_read()?;
+        let table = read.open_table(HEADER)?;
+        let text = |name: &str| -> Result<String, JournalError> {
+            let missing = || JournalError::Foreign { what: format!("its header has no \"{name}\"") };
+            Ok(ReadableTable::get(&table, name)?.ok_or_else(missing)?.value().to_owned())
+        };
+        let software = text("software")?;
+        let found = text("format")?;
+        if found != JOURNAL_FORMAT.to_string() {
+            return Err(JournalError::Format { found, expected: JOURNAL_FORMAT, software });
+        }
+        let layouts = read.open_table(LAYOUTS)?;
+        for kind in Kind::ALL {
+            let (schema, expected) = (kind.schema(), kind.layout_hash());
+            let found = ReadableTable::get(&layouts, schema)?.map_or(0, |hash| hash.value());
+            if found != expected {
+                return Err(JournalError::Layout { schema: schema.to_owned(), found, expected, software });
+            }
+        }
+        let identity = u64::from_str_radix(&text("identity")?, 16)
+            .map_err(|error| JournalError::Foreign { what: format!("its identity: {error}") })?;
+        Ok(Header { identity, vehicle: text("vehicle")?, mission: text("mission")?, software })
+    }
+}

@@ -1,0 +1,113 @@
+//! A mission from its journal: the same fold over the same entries.
+
+use crate::error::StateError;
+use crate::history::{Entry, SOFTWARE};
+use crate::journal::{Journal, JournalError};
+use crate::limits::Limits;
+use crate::mission::Mission;
+use pdn_schemas::codec::{Format, encode};
+use pdn_schemas::problem::Problem;
+use pdn_schemas::record::Configured;
+use std::collections::VecDeque;
+
+/// A mission as its journal leaves it.
+#[derive(Clone, Debug)]
+pub struct Recovered {
+    /// The mission. Its history goes on with the journal's.
+    pub mission: Mission,
+    /// The vehicle whose it is.
+    pub vehicle: String,
+    /// Where refusals came out other than recorded, if anywhere: another version of the software wrote them.
+    pub differs: Option<String>,
+}
+
+/// Folds the whole journal.
+///
+/// # Errors
+/// [`JournalError::Damaged`] from the first record on that is not whole or cannot be history: nothing is passed over.
+pub fn recover(journal: &Journal, limits: Limits) -> Result<Recovered, JournalError> {
+    let mut folding = Folding::new(limits);
+    for read in journal.records()? {
+        let (number, record) = read?;
+        let entry = Entry::read(&record).map_err(|error| JournalError::damaged(number, error.to_string()))?;
+        folding.take(entry).map_err(|what| JournalError::damaged(number, what))?;
+    }
+    folding.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))
+}
+
+/// A mission on its way from entry to entry. Refusals that follow from the entries are compared with those recorded.
+#[derive(Clone, Debug)]
+pub struct Folding {
+    limits: Limits,
+    mission: Option<Mission>,
+    vehicle: String,
+    expected: VecDeque<Problem>,
+    differs: Option<String>,
+}
+
+impl Folding {
+    /// Before the first entry. `limits` give what the mission's own bounds do not name.
+    pub fn new(limits: Limits) -> Folding {
+        Folding { limits, mission: None, vehicle: String::new(), expected: VecDeque::new(), differs: None }
+    }
+
+    /// The mission so far; none before the first entry.
+    pub fn mission(&mut self) -> Option<&mut Mission> {
+        self.mission.as_mut()
+    }
+
+    /// The next entry.
+    ///
+    /// # Errors
+    /// Why no mission has ever had this history.
+    pub fn take(&mut self, entry: Entry) -> Result<(), String> {
+        if let Entry::Configured(configured) = entry {
+            return self.configure(*configured);
+        }
+        match &entry {
+            Entry::Refused(found) => self.compare(found),
+            Entry::Reopened(_) => self.expected.clear(), // a crash may have kept some from being recorded
+            _ => {}
+        }
+        let Some(mission) = &mut self.mission else {
+            return Err("the mission was not configured before it".to_owned());
+        };
+        let refused = mission.relive(entry).map_err(|error| error.to_string())?;
+        self.expected.extend(refused);
+        Ok(())
+    }
+
+    /// The mission, unless there was no entry.
+    pub fn finish(mut self) -> Option<Recovered> {
+        let mission = self.mission.take()?;
+        Some(Recovered { mission, vehicle: self.vehicle, differs: self.differs })
+    }
+
+    fn configure(&mut self, configured: Configured) -> Result<(), String> {
+        let records = match &self.mission {
+            Some(mission) if mission.is_untouched() && mission.id() == configured.config.mission => {
+                mission.records()
+            }
+            Some(mission) => return Err(format!("mission \"{}\" had begun already", mission.id())),
+            None => 0,
+        };
+        self.vehicle.clone_from(&configured.vehicle);
+        let mission = Mission::configured(configured, self.limits, records)
+            .map_err(|error: StateError| error.to_string())?;
+        self.mission = Some(mission);
+        Ok(())
+    }
+
+    /// A refusal as recorded against the one that came out; the last refusals of a crash may not have been recorded.
+    fn compare(&mut self, found: &Problem) {
+        let expected = self.expected.pop_front();
+        let bytes = |problem: &Problem| encode(problem, Format::Bincode).unwrap_or_default();
+        if self.differs.is_none() && expected.as_ref().map(bytes) != Some(bytes(found)) {
+            let now = expected.map_or("not refused".to_owned(), |problem| problem.message);
+            self.differs = Some(format!(
+                "event {:?}: recorded \"{}\", with {SOFTWARE} \"{now}\"",
+                found.seq, found.message
+            ));
+        }
+    }
+}
