@@ -55,7 +55,7 @@ pub fn snapshot(
     });
     let covered_m2 = keyframes.len() as f64 * survey::SPACING_M * survey::TRACK_SPACING_M;
     Ok(Snapshot {
-        newest: None,
+        newest: (keyframes.len() as u32).checked_sub(1).map(Node),
         keyframes: of_snapshot,
         went: (1..keyframes.len() as u32).map(|node| (Node(node - 1), Node(node))).collect(),
         elimination,
