@@ -62,8 +62,8 @@ impl Chain {
         self.gaps.clear();
         let step = |place: usize| Join { out: path.out[place - 1], back: path.back[place - 1].exchanged() };
         let mut join = step(1);
-        for place in 1..path.unary.len() {
-            if is_linked[place] || place as u32 == path.places() {
+        for (place, &is_linked) in is_linked.iter().enumerate().skip(1) {
+            if is_linked || place as u32 == path.places() {
                 self.joins.push(join);
                 self.kept.push(place as u32);
                 if (place as u32) < path.places() {
