@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +33,12 @@ class Bench:
     def __init__(self, grid: Grid, binary: Path, folder: Path) -> None:
         self.grid, self.ours, self.folder = grid, [str(binary)], folder
 
-    def surveys(self) -> list[Found]:
-        found = [
-            self.survey(keyframes, percent)
-            for keyframes in self.grid.keyframes
-            for percent in self.grid.salient_percent
-        ]
-        return found + [self.alone(keyframes) for keyframes in self.grid.alone]
+    def surveys(self) -> Iterator[Found]:
+        for keyframes in self.grid.keyframes:
+            for percent in self.grid.salient_percent:
+                yield self.survey(keyframes, percent)
+        for keyframes in self.grid.alone:
+            yield self.alone(keyframes)
 
     def survey(self, keyframes: int, percent: int) -> Found:
         grid, which = self.grid, survey_options(keyframes, percent)
@@ -125,23 +125,36 @@ def main() -> None:
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/pdn-perf")
     parser.add_argument("--out", type=Path, default=ROOT / "bench", help="folder for results.json, tables.md")
     parser.add_argument("--readme", action="store_true", help="put the tables into tests/perf/README.md")
+    parser.add_argument("--again", type=Path, help="a results.json to make tables of, instead of measuring")
     arguments = parser.parse_args()
-    if not arguments.binary.exists():
-        raise SystemExit(f"{arguments.binary} is missing: cargo build --release -p pdn-perf")
     arguments.out.mkdir(parents=True, exist_ok=True)
-    before = machine()
-    with tempfile.TemporaryDirectory(prefix="pdn-bench-") as folder:
-        surveys = Bench(GRIDS[arguments.grid], arguments.binary, Path(folder)).surveys()
-    after = machine()["load"]
-    results = {"grid": arguments.grid, "machine": {**before, "load_after": after}, "surveys": surveys}
-    (arguments.out / "results.json").write_text(json.dumps(results, indent=1) + "\n")
-    text = markdown(results)
-    (arguments.out / "tables.md").write_text(text)
+    text = ""
+    for results in runs(
+        arguments
+    ):  # Written after each survey, so that a run that is broken off leaves its part.
+        text = markdown(results)
+        (arguments.out / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+        (arguments.out / "tables.md").write_text(text)
     if arguments.readme:
         readme = HERE / "README.md"
         head, rest = readme.read_text().split(BEGIN)
         readme.write_text(head + BEGIN + text + END + rest.split(END)[1])
     print(text)
+
+
+def runs(arguments: argparse.Namespace) -> Iterator[Found]:
+    """The results after each survey."""
+    if arguments.again:
+        yield json.loads(arguments.again.read_text())
+        return
+    if not arguments.binary.exists():
+        raise SystemExit(f"{arguments.binary} is missing: cargo build --release -p pdn-perf")
+    results: Found = {"grid": arguments.grid, "machine": machine(), "surveys": []}
+    with tempfile.TemporaryDirectory(prefix="pdn-bench-") as folder:
+        for survey in Bench(GRIDS[arguments.grid], arguments.binary, Path(folder)).surveys():
+            results["surveys"].append(survey)
+            results["machine"]["load_after"] = os.getloadavg()[0]
+            yield results
 
 
 if __name__ == "__main__":

@@ -7,6 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+HERE = Path(__file__).resolve().parent
+
 
 def machine() -> dict[str, Any]:
     return {
@@ -31,7 +33,7 @@ def _processor() -> str:
 
 def _output(*command: str) -> str:
     try:
-        run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+        run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20, cwd=HERE)
     except (OSError, subprocess.SubprocessError):
         return "unknown"
     return run.stdout.strip()

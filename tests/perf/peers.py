@@ -30,7 +30,7 @@ def evaluate(survey: SurveyFile, counts: Sequence[int], runs: int) -> dict[str, 
     for count in counts:
         all_of_count = spread(count, survey.candidates)
         run = [all_of_count[place] for place in spread(runs, len(all_of_count))]
-        by_count[str(count)] = _told(gtsam_ways.untouched_once(survey, run, all_of_count))
+        by_count[str(len(all_of_count))] = _told(gtsam_ways.untouched_once(survey, run, all_of_count))
     return {"always": always, "by_count": by_count}
 
 

@@ -43,7 +43,7 @@ def targets_table(results: Found) -> str:
     return table(("asked", "found", ""), rows) if rows else "The grid is too small to tell.\n"
 
 
-def decisions(surveys: Iterable[Found]) -> str:
+def decisions(surveys: Sequence[Found]) -> str:
     rows = []
     for survey in surveys:
         batch, copies, cholmod = survey["peers"]["always"]
@@ -154,6 +154,11 @@ def exactness(surveys: Iterable[Found]) -> str:
             (*named(survey), of["candidates"], "the truth itself", "", f"{of['truth_correction']:.1e}")
         )
     return table(("N", "salient, %", "candidates", "whose", "rms", "greatest"), rows)
+
+
+def scaled_note(surveys: Sequence[Found]) -> str:
+    runs = {way["runs"] for survey in surveys for way in survey["peers"]["always"]}
+    return f"The peers ran {' or '.join(map(str, sorted(runs)))} of them; their times are scaled to K."
 
 
 def scaled_total(way: Found, count: int) -> float:

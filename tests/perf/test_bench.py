@@ -26,7 +26,7 @@ MOST_TIMES_THE_PEERS = 4.0
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     pytest.importorskip("gtsam", reason="GTSAM has no wheel for this Python")
-    binary = Path(os.environ.get("PDND_BINARY", ROOT / "target/release/pdnd")).with_name("pdn-perf")
+    binary = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release/pdn-perf"
     assert binary.exists(), f"{binary} is missing: cargo build --release -p pdn-perf"
     out = tmp_path_factory.mktemp("bench")
     command = [sys.executable, str(HERE / "bench.py"), "--grid", "quick"]
