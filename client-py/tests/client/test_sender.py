@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
 
@@ -22,8 +23,10 @@ from pdn.client.errors import (
     PlannerAbsent,
     StreamBroken,
     Timeout,
+    TwoPublishers,
 )
 from pdn.client.outbox import Entry
+from pdn.client.outbox_file import OutboxFile
 from pdn.client.sender import Sender
 
 PATIENCE_S = 20.0
@@ -127,6 +130,7 @@ class Planner:
 def sending(planner: Planner, **options: object) -> Iterator[Sender]:
     sender = Sender("m", planner, planner.ingest(1.0), **options)  # type: ignore[arg-type]
     planner.sender = sender
+    sender.begin()
     try:
         yield sender
     finally:
@@ -319,3 +323,62 @@ def test_too_many_acknowledgements_do_no_harm(monkeypatch: pytest.MonkeyPatch) -
             post(sender)
         sender.flush(PATIENCE_S)
     assert planner.applied == expected(1000)
+
+
+# --- two programs, and one that is started again ---
+
+
+def test_a_number_with_two_contents_breaks_the_stream() -> None:
+    planner = Planner()
+    with sending(planner, raises=False) as sender:
+        post(sender)
+        sender.flush(PATIENCE_S)
+        sender.hand_over(lambda: sender.rejected(Problem("conflict", "other content", 0)))
+        with pytest.raises(TwoPublishers, match="Another program sends events of mission m"):
+            fill(sender)
+
+
+def test_a_conflict_about_events_of_before_concerns_this_stream_not() -> None:
+    planner = Planner(status=Status(5, 5))
+    with sending(planner, raises=False) as sender:
+        sender.hand_over(lambda: sender.rejected(Problem("conflict", "other content", 4)))
+        post(sender)
+        sender.flush(PATIENCE_S)
+
+
+def fill(sender: Sender) -> None:
+    """Posts until something is wrong."""
+    for _ in range(1000):
+        post(sender)
+
+
+@pytest.mark.parametrize("applied", [0, 3, 10])
+def test_what_an_earlier_program_left_is_sent_whatever_the_planner_has_of_it(
+    tmp_path: Path, applied: int
+) -> None:
+    kept = OutboxFile(tmp_path, "auv", "m")
+    kept.begin(0)
+    for seq in range(10):
+        kept.append(Entry(seq, "in/keyframe", b"%d" % seq, "text/plain"))
+    kept.release()
+    planner = Planner(status=Status(applied, 0), applied=expected(applied))
+    with sending(planner, store=OutboxFile(tmp_path, "auv", "m")) as sender:
+        assert sender.next_seq == 10
+        assert post(sender) == 10
+        sender.flush(PATIENCE_S)
+    assert planner.applied == expected(11)
+    assert all(planner.copies.get(seq, 0) > 0 for seq in range(11)), "each is compared with what came before"
+    assert not list(tmp_path.iterdir()), "all is durable"
+
+
+def test_a_planner_with_more_or_less_than_the_outbox_ever_had_is_refused(tmp_path: Path) -> None:
+    kept = OutboxFile(tmp_path, "auv", "m")
+    kept.begin(7)
+    kept.append(Entry(7, "in/keyframe", b"7", "text/plain"))
+    for planner, error in (
+        (Planner(status=Status(9, 9)), TwoPublishers),
+        (Planner(status=Status(6, 6)), MissionLost),
+    ):
+        with pytest.raises(error):
+            Sender("m", planner, planner.ingest(1.0), store=kept)
+    kept.release()

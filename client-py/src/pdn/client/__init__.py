@@ -11,9 +11,9 @@
             ...
             print(client.decision(after=seq).reason)
 
-Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender` and `outbox` (why
-nothing is lost), `watch`, `link` and `session` (Zenoh), `certificates`, `diagnosis` (why it does not work),
-`errors`.
+Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender`, `outbox` and
+`outbox_file` (why nothing is lost), `watch`, `link` and `session` (Zenoh), `certificates` and `diagnosis`
+(why it does not work), `errors`.
 """
 
 from .client import Client, connect
@@ -30,12 +30,14 @@ from .errors import (
     MissionUnknown,
     NotAllowed,
     OutboxFull,
+    OutboxUnusable,
     Overloaded,
     PdnError,
     PlannerAbsent,
     Refused,
     StreamBroken,
     Timeout,
+    TwoPublishers,
 )
 from .stream import MissionStream
 from .watch import PlannerPresence, Watch, Watched
@@ -56,6 +58,7 @@ __all__ = [
     "MissionUnknown",
     "NotAllowed",
     "OutboxFull",
+    "OutboxUnusable",
     "Overloaded",
     "PdnError",
     "PlannerAbsent",
@@ -63,6 +66,7 @@ __all__ = [
     "Refused",
     "StreamBroken",
     "Timeout",
+    "TwoPublishers",
     "Watch",
     "Watched",
     "connect",

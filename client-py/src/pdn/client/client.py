@@ -37,6 +37,7 @@ def connect(
     config_file: str | Path | None = None,
     certificate: str | Path | None = None,
     console: str | None = None,
+    outbox: str | Path | None = None,
     json_on_wire: bool = False,
 ) -> Client:
     """Connects to the daemon at `endpoint` and makes sure that its planner answers for `vehicle`.
@@ -47,13 +48,14 @@ def connect(
     `timeout_s` bounds each question, `connect_timeout_s` each of the two steps here. `certificate` is the
     client's for a secured daemon (`tls/...`), with its key and the authority's `ca.pem` beside it;
     `config_file` is a Zenoh configuration, for instance with other places for them. `console` announces an
-    operator's console of that name. With `json_on_wire` messages travel as JSON, to be read on the way.
+    operator's console of that name. `outbox` is a folder for the streams of this client, see
+    `mission_stream`. With `json_on_wire` messages travel as JSON, to be read on the way.
     Raises `ConnectionFailed`, `PlannerAbsent`, `NotAllowed` or `Timeout`, with what is probably wrong.
     """
     wire.key(vehicle, wire.Topic.RPC_MISSION)  # Refuses an id that would make no key.
     session, shown = open_session(endpoint, connect_timeout_s, config_file, certificate)
     form = wire.Format.JSON if json_on_wire else wire.Format.BINCODE
-    client = Client(Link(session, vehicle, endpoint, form, shown), timeout_s)
+    client = Client(Link(session, vehicle, endpoint, form, shown), timeout_s, outbox)
     try:
         client.wait_for_planner(connect_timeout_s)
         if console is not None:
@@ -72,8 +74,9 @@ class Client(Commands, Questions):
     another mission than the one configured last. Safe to use from several threads.
     """
 
-    def __init__(self, link: Link, timeout_s: float) -> None:
+    def __init__(self, link: Link, timeout_s: float, outbox: str | Path | None = None) -> None:
         super().__init__(link, timeout_s)
+        self._outbox = outbox
         self.vehicle = link.vehicle
         self.endpoint = link.endpoint
         self._tokens: dict[str, zenoh.LivelinessToken] = {}
@@ -86,19 +89,27 @@ class Client(Commands, Questions):
         on_rejected: OnRejected = "raise",
         window: int = WINDOW,
         timeout_s: float = POST_TIMEOUT_S,
+        outbox: str | Path | None = None,
     ) -> MissionStream:
         """Sends the events of a mission (default: the one configured last), going on where they stand;
         this is the vehicle.
 
         `on_rejected` is "raise" (a refusal is raised by the next call), "collect" (it stands in `refusals`
-        only), or a function called with each on the stream's thread. One stream at a time.
+        only), or a function called with each on the stream's thread. `outbox` is a folder in which events are
+        kept until they are durable: a program that ends before, however it ends, and is started again goes on
+        with `next_seq` of the stream, nothing lost and nothing counted twice. One stream at a time.
         """
         if self._stream is not None and not self._stream.closed:
             raise ValueError(f"the stream of mission {self._stream.mission} is still open; close it first")
         name = mission if mission is not None else self.mission().mission
         self.announce(wire.key(self.vehicle, wire.Topic.ALIVE_VEHICLE))
         self._stream = MissionStream(
-            self._link, name, on_rejected=on_rejected, window=window, timeout_s=timeout_s
+            self._link,
+            name,
+            on_rejected=on_rejected,
+            window=window,
+            timeout_s=timeout_s,
+            outbox=outbox or self._outbox,
         )
         return self._stream
 

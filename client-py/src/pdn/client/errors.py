@@ -12,8 +12,10 @@ Every error of this library is a `PdnError`, so that one `except` covers all of 
     │   ├── Overloaded, Conflict, IllegalTransition, MissionUnknown
     │   ├── DeadlineMissed    also a Timeout
     │   └── EventsRefused     one or more events of a stream were refused
+    ├── OutboxUnusable        the outbox on disk is damaged, another's, in use or cannot be written
     ├── StreamBroken          a mission's events cannot go on as they are
     │   ├── MissionLost       the planner no longer has events that it had confirmed
+    │   ├── TwoPublishers     another program sends events of the mission under the same numbers
     │   └── MissionGap        the planner waits for events that this stream never had
     └── BadReply              an answer that this version cannot read
 """
@@ -64,12 +66,20 @@ class OutboxFull(Timeout):
     """An event found no room among those not yet durable; it was not taken and may be sent again."""
 
 
+class OutboxUnusable(PdnError):
+    """The outbox on disk is damaged, another's, in use, or cannot be written; the message says which."""
+
+
 class StreamBroken(PdnError):
     """The events of a mission cannot go on as they are; the stream takes no more."""
 
 
 class MissionLost(StreamBroken):
     """The planner no longer has events that it had confirmed as durable, or not the mission itself."""
+
+
+class TwoPublishers(StreamBroken):
+    """Another program sends events of this mission under the same numbers; one of the two must stop."""
 
 
 class MissionGap(StreamBroken):

@@ -28,11 +28,14 @@ from .errors import (
     ProblemLike,
     StreamBroken,
     Timeout,
+    TwoPublishers,
 )
 from .outbox import WINDOW, Entry, Outbox
+from .outbox_file import OutboxFile
 from .patience import STALL_LAST_S, STALL_S, Patience
 from .planner_side import Link, Status
 from .refusals import FINAL, OnRejected, Refusals
+from .resuming import resumed
 
 BATCH = 64
 """Events sent between two looks at what came in."""
@@ -58,14 +61,19 @@ class Sender:
         window: int = WINDOW,
         on_rejected: OnRejected | None = None,
         raises: bool = True,
+        store: OutboxFile | None = None,
     ) -> None:
-        """Goes on from `status`. `on_rejected` is called on the sender's thread; with `raises` a refusal
-        is also raised by the caller's next call.
+        """Goes on from `status`, or from what `store` has kept of an earlier program.
+
+        `on_rejected` is called on the sender's thread; with `raises` a refusal is also raised by the
+        caller's next call.
         """
         self.mission = mission
         self._link = link
         self._on_rejected = on_rejected
-        self._outbox = Outbox(status.next_seq, window)
+        self._store = store
+        self._outbox = Outbox(status.next_seq, window) if store is None else resumed(store, status, window)
+        self._first_seq = self._outbox.durable_seq
         self._refusals = Refusals(status.rejected, raises=raises)
         self._broken: PdnError | None = None
         self._planner_present = True
@@ -75,6 +83,9 @@ class Sender:
         self._changed = threading.Condition()
         self._news: queue.Queue[Callable[[], None]] = queue.Queue(MAX_NEWS)
         self._thread = threading.Thread(target=self._run, name=f"pdn-sender-{mission}", daemon=True)
+
+    def begin(self) -> None:
+        """Begins to send."""
         self._thread.start()
 
     # --- for callers ---
@@ -112,6 +123,8 @@ class Sender:
                 )
             self._raise_pending()
             entry = encode(self._outbox.next_seq)
+            if self._store is not None:
+                self._store.append(entry)
             if self._outbox.settled:
                 self._patience.begin(time.monotonic())
             self._outbox.append(entry)
@@ -141,8 +154,12 @@ class Sender:
         """Stops the thread; what is not durable is sent no more."""
         self._closing = True
         self._wake()
-        if threading.current_thread() is not self._thread:
+        if self._thread.is_alive() and threading.current_thread() is not self._thread:
             self._thread.join(timeout_s)
+        with self._changed:
+            store, self._store = self._store, None
+            if store is not None:
+                store.close()
 
     # --- for callbacks: never block ---
 
@@ -160,11 +177,19 @@ class Sender:
         with self._changed:
             if self._outbox.acknowledge(applied_seq, durable_seq):
                 self._progressed()
+                self._trim()
 
     def rejected(self, problem: ProblemLike) -> None:
         """A refusal came."""
         with self._changed:
             new = self._refusals.add(problem)
+            if problem.code == "conflict" and problem.seq is not None and problem.seq >= self._first_seq:
+                self._broken = TwoPublishers(
+                    f"Another program sends events of mission {self.mission} under the same numbers: event "
+                    f"{problem.seq} came with two contents, and the planner has kept the first. Stop one of "
+                    "the two programs. Whose events the planner has from there on is not known to either, so "
+                    "configure a new mission if it matters."
+                )
             if problem.code in FINAL and problem.seq is not None and self._outbox.awaits(problem.seq):
                 ended = problem.code == "mission_ended"
                 kind = StreamBroken if ended else MissionLost
@@ -185,6 +210,8 @@ class Sender:
         self._planner_present = False
 
     def _run(self) -> None:
+        for entry in self._outbox.take(self._outbox.window):  # What an earlier program has left, all of it.
+            self._link.send(entry)
         while not self._closing:
             self._read_news()
             if self._broken is None:
@@ -219,6 +246,9 @@ class Sender:
             return
         with self._changed:
             entries = self._outbox.take(BATCH)
+            store = self._store
+        if entries and store is not None:
+            store.sync()
         for entry in entries:
             self._link.send(entry)
 
@@ -248,9 +278,9 @@ class Sender:
             )
         elif status.next_seq > self._outbox.next_seq:
             self._break(
-                StreamBroken(
+                TwoPublishers(
                     f"Another program sends events of mission {self.mission}: the planner is at "
-                    f"{status.next_seq}, this stream at {self._outbox.next_seq}."
+                    f"{status.next_seq}, this stream at {self._outbox.next_seq}. Stop one of the two."
                 )
             )
         else:
@@ -258,6 +288,7 @@ class Sender:
                 self._planner_present = True
                 if self._outbox.resynchronise(status.next_seq, status.durable_seq):
                     self._progressed()
+                    self._trim()
                 else:
                     self._patience.asked_in_vain(time.monotonic())
 
@@ -271,6 +302,10 @@ class Sender:
             self._changed.notify_all()
 
     # --- small parts ---
+
+    def _trim(self) -> None:
+        if self._store is not None:
+            self._store.trim(self._outbox.durable_seq)
 
     def _wake(self) -> None:
         if self._news.empty():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self
 
@@ -16,6 +17,7 @@ from .events import Event, Events
 from .link import Link, decode_sample
 from .mission_link import MissionLink, settled_status
 from .outbox import WINDOW, Entry
+from .outbox_file import OutboxFile
 from .sender import Sender
 
 OnRejected = Literal["raise", "collect"] | Callable[[ProblemLike], None]
@@ -45,23 +47,39 @@ class MissionStream(Events):
         on_rejected: OnRejected = "raise",
         window: int = WINDOW,
         timeout_s: float = POST_TIMEOUT_S,
+        outbox: str | Path | None = None,
     ) -> None:
-        """Goes on where the mission's events stand; raises `MissionUnknown`, `MissionGap`, `NotAllowed`."""
+        """Goes on where the mission's events stand, or where those kept in the folder `outbox` end.
+
+        Raises `MissionUnknown`, `MissionGap`, `NotAllowed`, `OutboxUnusable`.
+        """
         self.mission = mission
         self.timeout_s = timeout_s
         self.closed = False
         self._link = link
         sender_link = MissionLink(link, mission)
-        status = settled_status(sender_link, mission, timeout_s)
-        link.demand_listener(wire.Topic.IN_KEYFRAME)
-        sender = Sender(
-            mission,
-            sender_link,
-            status,
-            window=window,
-            on_rejected=on_rejected if callable(on_rejected) else None,
-            raises=on_rejected == "raise",
-        )
+        store = None if outbox is None else OutboxFile(outbox, link.vehicle, mission)
+        try:
+            # What an earlier program left on its way is in its file, and so no gap stays.
+            settles = store is None or store.next_seq is None
+            status = (
+                settled_status(sender_link, mission, timeout_s) if settles else sender_link.ingest(timeout_s)
+            )
+            link.demand_listener(wire.Topic.IN_KEYFRAME)
+            sender = Sender(
+                mission,
+                sender_link,
+                status,
+                window=window,
+                on_rejected=on_rejected if callable(on_rejected) else None,
+                raises=on_rejected == "raise",
+                store=store,
+            )
+        except BaseException:
+            if store is not None:
+                store.release()
+            raise
+        self.resumed = 0 if store is None else len(store.entries)
         self._sender = sender
         self._entities: list[zenoh.Subscriber[None] | zenoh.LivelinessToken] = [
             link.subscribe(
@@ -75,6 +93,7 @@ class MissionStream(Events):
                 history=False,
             ),
         ]
+        sender.begin()  # Now that what comes of it can be heard.
 
     @property
     def next_seq(self) -> int:

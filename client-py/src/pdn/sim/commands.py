@@ -70,6 +70,15 @@ def sim(
     mission: Annotated[
         str | None, typer.Option(metavar="ID", help="The mission's name; made from the rest if not given.")
     ] = None,
+    outbox: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            envvar="PDN_OUTBOX",
+            help="Keep events in this folder until they are durable. Started again with the same --mission, "
+            "the command brings what a killed one left, and stops.",
+        ),
+    ] = None,
     print_config: Annotated[
         bool, typer.Option("--print-config", help="Print the mission's configuration as JSON and stop.")
     ] = False,
@@ -84,6 +93,7 @@ def sim(
     ] = None,
 ) -> None:
     """See ``_HELP``."""
+    from pdn.client.outbox_file import left_behind
     from pdn.sim.policies import POLICIES
     from pdn.sim.scenario import ScenarioError
     from pdn.sim.scenario_file import load
@@ -108,9 +118,25 @@ def sim(
     import pdn.client
 
     connected = partial(
-        pdn.client.connect, vehicle, connect, config_file=zenoh_config, certificate=certificate
+        pdn.client.connect, vehicle, connect, config_file=zenoh_config, certificate=certificate, outbox=outbox
     )
+    if outbox is not None and left_behind(outbox, vehicle, name):
+        _deliver(connected, name, as_json)
+        return
     _fly(loaded, policy, alpha, seed, out, as_json, connected, name, await_operator)
+
+
+def _deliver(connected: Callable[[], Client], mission: str, as_json: bool) -> None:
+    with connected() as client, client.mission_stream(mission, on_rejected="collect") as events:
+        brought = {"mission": mission, "brought": events.resumed, "next_seq": events.next_seq}
+    if as_json:
+        print(json.dumps(brought))
+        return
+    print(
+        f"{events.resumed} events that an interrupted flight of {mission} had left were brought; "
+        f"{events.next_seq} events are with the planner. "
+        "The simulated vehicle itself is gone: complete or abort the mission."
+    )
 
 
 def _list(as_json: bool) -> None:
