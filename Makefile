@@ -18,7 +18,7 @@ export PDND_BINARY ?= $(abspath $(PDND))
 
 say = @printf '\n\033[1m== %s\033[0m\n' "$(1)"
 
-.PHONY: help demo test bench setup build rust-lint rust-test python-lint python-test generate format clean
+.PHONY: help demo test torture bench setup build rust-lint rust-test python-lint python-test generate format clean
 
 help: ## List the commands
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 16
@@ -33,6 +33,9 @@ test: ## Everything that a change must pass
 	@$(MAKE) --no-print-directory python-lint
 	@$(MAKE) --no-print-directory python-test
 	$(call say,All passed)
+
+torture: build $(VENV)/.ready ## The long form of the tests of faults, some minutes to an hour
+	cd tests && ../$(PY) -m pytest -q -rs -s -m torture
 
 bench: $(VENV)/.ready ## Measure pdn beside GTSAM and CHOLMOD; GRID=quick or full, README=1 fills tests/perf/README.md
 	$(CARGO) build --release --locked -p pdn-perf
