@@ -4,6 +4,7 @@ use nalgebra::Matrix6;
 
 use super::dense::{self, BadPivot};
 use super::packed;
+use super::positive_definite;
 use super::system::BlockSystem;
 
 pub(super) const NONE: u32 = u32::MAX;
@@ -188,13 +189,14 @@ impl Assembly {
         &self.matrix[..self.leading * self.frontal_rows()]
     }
 
-    /// The last 6x6 pivot block, after `eliminate`: the information of the last frontal node given the separator.
-    pub(super) fn last_pivot(&self) -> Matrix6<f64> {
+    /// Covariance of the last frontal node given the separator, after `eliminate`: the inverse of its pivot block.
+    pub(super) fn last_covariance(&self) -> Matrix6<f64> {
         let start = self.frontal_rows() - 6;
-        let factor = Matrix6::from_fn(|row, column| {
-            if row >= column { self.matrix[(start + column) * self.leading + start + row] } else { 0.0 }
+        let entry = |row: usize, column: usize| self.matrix[(start + column) * self.leading + start + row];
+        let lower = std::array::from_fn(|row| {
+            std::array::from_fn(|column| if row >= column { entry(row, column) } else { 0.0 })
         });
-        factor * factor.transpose()
+        positive_definite::inverse_of_factored(&lower, &std::array::from_fn(|row| entry(row, row).recip()))
     }
 
     /// Block rows in order, those eliminated here first.

@@ -94,8 +94,7 @@ impl Workspace {
             result.take(&self.assembly, children, record);
             result.path = self.number;
         }
-        let information = self.assembly.last_pivot();
-        Ok(positive_definite::inverse(&information).expect("a pivot that was accepted is positive definite"))
+        Ok(self.assembly.last_covariance())
     }
 
     /// The result of a touched front with links weighed so.

@@ -24,6 +24,11 @@ pub(super) fn inverse(block: &Matrix6<f64>) -> Result<Matrix6<f64>, f64> {
             }
         }
     }
+    Ok(inverse_of_factored(&lower, &reciprocals))
+}
+
+/// Inverse of L L^T, from L by rows and the reciprocals of its diagonal. Nearer the truth than from the product.
+pub(super) fn inverse_of_factored(lower: &[[f64; 6]; 6], reciprocals: &[f64; 6]) -> Matrix6<f64> {
     // L^-1, by rows.
     let mut inverse = [[0.0_f64; 6]; 6];
     for row in 0..6 {
@@ -37,7 +42,7 @@ pub(super) fn inverse(block: &Matrix6<f64>) -> Result<Matrix6<f64>, f64> {
         }
     }
     let inverse = Matrix6::from_fn(|row, column| inverse[row][column]);
-    Ok(inverse.tr_mul(&inverse))
+    inverse.tr_mul(&inverse)
 }
 
 #[cfg(test)]
