@@ -53,7 +53,8 @@ def shipped_configuration(certificates: Path, folder: Path) -> Path:
 
 def start_secured(certificates: Path, folder: Path, *arguments: str) -> Daemon:
     configuration = shipped_configuration(certificates, folder)
-    return start_daemon(folder, "--zenoh-config", str(configuration), *arguments, protocol="tls")
+    options = ("--config", str(SHIPPED / "pdnd.toml"), "--zenoh-config", str(configuration))
+    return start_daemon(folder, *options, *arguments, protocol="tls")
 
 
 @contextmanager
