@@ -18,6 +18,8 @@ pub use pdn_kernel::{KernelError, Node};
 const STREAM: SmootherSettings = SmootherSettings { relinearize_above: 2e-2, max_iterations: 3 };
 const SETTLE_EVERY: usize = 16;
 const SETTLED_TOLERANCE: f64 = 1e-7;
+const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-5;
+const SMALL_GRAPH: usize = 4096;
 const SETTLE_ROUNDS: usize = 20;
 
 /// Gauss-Newton steps from scratch until no entry of a step exceeds `BATCH_TOLERANCE`.
@@ -75,20 +77,26 @@ impl Stream {
         Ok(guess)
     }
 
-    /// Follows what was added as the daemon does: a few steps, and at each 16th keyframe to the optimum. True if it settled.
+    /// Follows what was added as the daemon does: a few steps, and at each 16th keyframe as close to the optimum as the daemon. True if
+    /// it settled.
     pub fn follow(&mut self) -> Result<bool, KernelError> {
         self.smoother.advance()?;
         let settles = self.smoother.len() % SETTLE_EVERY == 0;
         if settles {
-            self.settle()?;
+            let is_small = self.smoother.len() <= SMALL_GRAPH;
+            self.settle_to(if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE })?;
         }
         Ok(settles)
     }
 
     /// Takes every linearisation point to the estimate.
     pub fn settle(&mut self) -> Result<(), KernelError> {
+        self.settle_to(SETTLED_TOLERANCE)
+    }
+
+    fn settle_to(&mut self, tolerance: f64) -> Result<(), KernelError> {
         for _ in 0..SETTLE_ROUNDS {
-            if self.smoother.settle(SETTLED_TOLERANCE)?.converged {
+            if self.smoother.settle(tolerance)?.converged {
                 break;
             }
         }

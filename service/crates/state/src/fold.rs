@@ -39,7 +39,7 @@ const SETTLE_EVERY: usize = 16;
 /// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at most
 /// `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop closure.
 const SETTLED_TOLERANCE: f64 = 1e-7;
-const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-3;
+const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-5;
 const SMALL_GRAPH: usize = 4096;
 
 /// Rounds of settling at most. A graph that needs more is reported as not converged.

@@ -92,9 +92,7 @@ impl Elimination {
         for _ in 0..self.len() {
             solution.add_node();
         }
-        let mut fronts: Vec<u32> = self.tree.ids().collect();
-        fronts.sort_unstable_by_key(|&id| std::cmp::Reverse((self.tree.front(id).shape.level, id)));
-        solution.update(&self.tree, &fronts, 0.0);
+        solution.update(&self.tree, &self.downward(), 0.0);
         (0..self.len() as u32).map(|node| *solution.value(node)).collect()
     }
 
@@ -180,6 +178,20 @@ impl Elimination {
         self.tree.nodes() as u32..self.len() as u32
     }
 
+    /// Solves for whatever has been left behind by more than `prune`. Cost: every front, if there is any.
+    pub(crate) fn catch_up(&self, solution: &mut Solution, prune: f64) {
+        if solution.is_behind(prune) {
+            solution.update(&self.tree, &self.downward(), prune);
+        }
+    }
+
+    /// All fronts, parents before children.
+    fn downward(&self) -> Vec<u32> {
+        let mut fronts: Vec<u32> = self.tree.ids().collect();
+        fronts.sort_unstable_by_key(|&id| std::cmp::Reverse((self.tree.front(id).shape.level, id)));
+        fronts
+    }
+
     /// Follows changed numbers of these nodes, and solves. Returns what was done.
     pub(crate) fn refresh(
         &mut self,
@@ -207,8 +219,7 @@ impl Elimination {
         let growth = (self.len() as f64 / nodes.max(1) as f64).powf(GROWTH);
         if self.tree.flops() > QUALITY_LOSS * flops * growth {
             self.rebuild()?;
-            fronts = self.tree.ids().collect();
-            fronts.sort_unstable_by_key(|&id| std::cmp::Reverse((self.tree.front(id).shape.level, id)));
+            fronts = self.downward();
         }
         Ok(self.finish(&fronts, solution, prune))
     }

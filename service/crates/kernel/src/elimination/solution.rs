@@ -32,6 +32,11 @@ impl Solution {
         self.values[node as usize] = Vector6::zeros();
     }
 
+    /// Whether a front has not been told of a movement of more than `prune`.
+    pub(super) fn is_behind(&self, prune: f64) -> bool {
+        self.unseen.iter().any(|&unseen| unseen > prune)
+    }
+
     /// Before these fronts (parents before children) are dissolved or eliminated again: what moved above them and was
     /// not told is told to their children, which may hang elsewhere afterwards.
     pub(super) fn hand_down(&mut self, tree: &Tree, fronts: &[u32]) {

@@ -22,6 +22,9 @@ use factor_list::FactorList;
 /// room for the lever arms by which a small turn of one keyframe shifts another.
 const PRUNE_SHARE: f64 = 1e-2;
 
+/// When settling, steps are carried down until they change by no more than this, m and rad, whatever its tolerance.
+const SETTLED_PRUNE: f64 = 1e-7;
+
 /// When a smoother re-linearises and when it stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmootherSettings {
@@ -112,23 +115,24 @@ impl Smoother {
     /// the cost grow is halved until it does not. Errors: [`KernelError::NotPositiveDefinite`] where the factors leave a
     /// keyframe free, and those of [`Factor::linearize`]. After an error only a copy made before can be used.
     pub fn advance(&mut self) -> Result<AdvanceReport, KernelError> {
-        self.advance_to(self.settings.relinearize_above)
+        let relinearize_above = self.settings.relinearize_above;
+        self.advance_to(relinearize_above, PRUNE_SHARE * relinearize_above)
     }
 
     /// As [`Smoother::advance`], for once with this tolerance instead of `relinearize_above`: every keyframe whose step
     /// exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge linearly, so a small
     /// tolerance may take several calls.
     pub fn settle(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
+        self.elimination.catch_up(&mut self.steps, SETTLED_PRUNE);
         let beyond = |&node: &u32| self.steps.value(node).amax() > relinearize_above;
         self.restless = (0..self.len() as u32).filter(beyond).collect();
-        self.advance_to(relinearize_above)
+        self.advance_to(relinearize_above, SETTLED_PRUNE.min(PRUNE_SHARE * relinearize_above))
     }
 
-    fn advance_to(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
+    fn advance_to(&mut self, relinearize_above: f64, prune: f64) -> Result<AdvanceReport, KernelError> {
         let mut report = AdvanceReport::default();
         let (mut touched, mut new_pairs) = self.take_in_factors()?;
         let mut moving = std::mem::take(&mut self.restless);
-        let prune = PRUNE_SHARE * relinearize_above;
         while !(touched.is_empty() && moving.is_empty()) {
             if report.iterations >= self.settings.max_iterations {
                 self.restless = moving;
