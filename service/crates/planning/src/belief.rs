@@ -106,8 +106,9 @@ pub fn expect(
     let robot_covariance = snapshot.robot_covariance()?;
     let paths = virtual_paths(snapshot, trips)?;
     let mut candidates = Candidates::new(&snapshot.elimination, workspace);
-    let expected = paths.iter().map(|path| {
-        if stop() {
+    let expected = paths.iter().enumerate().map(|(index, path)| {
+        // For the first it has been asked.
+        if index > 0 && stop() {
             return Ok(None);
         }
         let expected = candidates.covariances(path, &robot_covariance)?;
