@@ -81,6 +81,13 @@ pub enum KernelError {
         node: Node,
     },
 
+    /// What was kept of a smoother does not fit its factors.
+    #[error("what was kept of the smoother is of another graph: {problem}")]
+    OtherGraph {
+        /// What does not fit.
+        problem: &'static str,
+    },
+
     /// The graph leaves some motion of a keyframe undetermined.
     #[error(
         "the information of keyframe {node}, given what was eliminated before it, has pivot {pivot:e}; it must be positive"

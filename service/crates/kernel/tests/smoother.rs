@@ -3,7 +3,7 @@
 mod support;
 
 use nalgebra::{DMatrix, DVector, Matrix5, Matrix6, UnitQuaternion, Vector3, Vector6};
-use pdn_kernel::smoother::{Smoother, SmootherSettings};
+use pdn_kernel::smoother::{Smoother, SmootherSettings, SmootherState};
 use pdn_kernel::{Factor, KernelError, Loss, Node, Pose, se3};
 use support::*;
 
@@ -226,6 +226,60 @@ fn a_copy_goes_its_own_way_and_the_same_way_gives_the_same_bits() {
     assert_eq!(again.linearizations(), other.linearizations());
     assert_eq!(again.elimination().marginals(), other.elimination().marginals());
     assert!((0..KEYFRAMES as u32).all(|node| again.estimate(Node(node)) == other.estimate(Node(node))));
+}
+
+#[test]
+fn what_is_kept_of_a_smoother_goes_on_bit_for_bit() {
+    for (seed, relinearize_above) in (40..46).zip([1e-7, 1e-4, 5e-3, 2e-2, 2e-2, 1e-1]) {
+        let settings = SmootherSettings { relinearize_above, max_iterations: 2 };
+        let mut stream = Stream::new(seed, true);
+        let mut kept: Option<Smoother> = None;
+        let mut smoother = Smoother::new(settings);
+        for index in 0..KEYFRAMES {
+            let known = smoother.factors().count();
+            stream.add(&mut smoother, index);
+            assert_eq!(smoother.state(), None, "factors wait");
+            let new: Vec<Factor> = smoother.factors().skip(known).cloned().collect();
+            if let Some(kept) = &mut kept {
+                kept.add_keyframe(*smoother.linearization(Node(index as u32)));
+                new.into_iter().for_each(|factor| kept.add_factor(factor).expect("its nodes exist"));
+                assert_eq!(kept.advance().expect("anchored"), smoother.advance().expect("anchored"));
+            } else {
+                smoother.advance().expect("anchored");
+            }
+            if index % 7 == 6 {
+                smoother.settle(1e-6).expect("anchored");
+                if let Some(kept) = &mut kept {
+                    kept.settle(1e-6).expect("anchored");
+                }
+            }
+            if let Some(kept) = &kept {
+                assert_eq!(kept.state(), smoother.state(), "seed {seed}, keyframe {index}");
+                assert_eq!(kept.elimination().marginals(), smoother.elimination().marginals());
+            }
+            if index % 11 == 10 {
+                let state = smoother.state().expect("nothing waits");
+                let factors = smoother.factors().cloned();
+                kept = Some(Smoother::restore(settings, state, factors).expect("its own state"));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_state_of_other_factors_is_refused() {
+    let mut stream = Stream::new(50, true);
+    let mut smoother = Smoother::new(SmootherSettings::default());
+    (0..30).for_each(|index| stream.add(&mut smoother, index));
+    smoother.advance().expect("anchored");
+    let state = smoother.state().expect("nothing waits");
+    let fewer = smoother.factors().skip(1).cloned();
+    let refused = Smoother::restore(smoother.settings(), state.clone(), fewer).map(|smoother| smoother.len());
+    assert!(matches!(refused, Err(KernelError::OtherGraph { .. })), "{refused:?}");
+    let shorter = SmootherState { steps: Vec::new(), ..state };
+    let refused = Smoother::restore(smoother.settings(), shorter, smoother.factors().cloned())
+        .map(|smoother| smoother.len());
+    assert!(matches!(refused, Err(KernelError::OtherGraph { .. })), "{refused:?}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use super::marginals;
 use super::solution::Solution;
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
+use super::tree_state::TreeState;
 use super::virtual_path::{ExpectedCovariance, LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
@@ -161,6 +162,19 @@ impl Elimination {
             statistics.bytes += front.bytes();
         }
         statistics
+    }
+
+    /// What does not follow from the blocks: the tree.
+    pub(crate) fn state(&self) -> TreeState {
+        self.tree.state(self.ordered)
+    }
+
+    /// Eliminates the whole system on this tree. Errors: [`KernelError::OtherGraph`] for a tree over other nodes, else as
+    /// of [`Elimination::of`].
+    pub(crate) fn restore(&mut self, state: &TreeState) -> Result<(), KernelError> {
+        self.tree = Tree::restore(state, &self.system, &mut self.scratch)?;
+        self.ordered = (state.ordered.0 as usize, state.ordered.1);
+        Ok(())
     }
 
     /// The blocks, to be changed; `refresh` or `restructure` must follow.

@@ -10,7 +10,7 @@
 //! - covariances come down the same tree (Takahashi's recursion).
 //!
 //! Reading order: `system` (the blocks), `engine` (all that can be asked), `dissection` (the order), `symbolic` (the fronts), `front` (their numbers), `tree`
-//! (what stays and what goes), `solution`, `marginals`. For paths not driven yet: `virtual_path`, `candidates` (many of them),
+//! (what stays and what goes), `tree_state` (what is kept of it), `solution`, `marginals`. For paths not driven yet: `virtual_path`, `candidates` (many of them),
 //! `variables` (their unknowns), `chain`, `homes`, `attachment` and `layout` (where they enter the tree), `contribution`,
 //! `expected` (the elimination), `along`. Nothing recurses over the tree, and nothing is dense in the number of nodes.
 
@@ -32,6 +32,7 @@ mod front;
 mod packed;
 mod plan;
 mod tree;
+mod tree_state;
 
 mod marginals;
 mod solution;
@@ -56,6 +57,7 @@ pub use candidates::Candidates;
 pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;
+pub use tree_state::{FrontState, TreeState};
 pub use virtual_path::{ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath};
 
 pub(crate) use shared_vec::SharedVec;

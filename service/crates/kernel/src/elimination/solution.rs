@@ -17,6 +17,17 @@ pub(crate) struct Solution {
 }
 
 impl Solution {
+    /// The values and, for each front, what it has not been told.
+    pub(crate) fn parts(&self) -> (&[Vector6<f64>], &[f64]) {
+        (&self.values, &self.unseen)
+    }
+
+    /// A solution of these parts.
+    pub(crate) fn of(values: Vec<Vector6<f64>>, unseen: Vec<f64>) -> Solution {
+        let moved = vec![0.0; values.len()];
+        Solution { values, unseen, moved, column: Vec::new() }
+    }
+
     pub(crate) fn value(&self, node: u32) -> &Vector6<f64> {
         &self.values[node as usize]
     }

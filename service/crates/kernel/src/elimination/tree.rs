@@ -72,6 +72,22 @@ impl Tree {
         self.flops
     }
 
+    /// Ids not in use, the one that is used next last.
+    pub(super) fn unused(&self) -> &[u32] {
+        &self.unused
+    }
+
+    /// A tree of its parts, which must fit one another.
+    pub(super) fn of(
+        fronts: Vec<Option<Arc<Front>>>,
+        parents: Vec<u32>,
+        unused: Vec<u32>,
+        front_of: Vec<u32>,
+        flops: f64,
+    ) -> Tree {
+        Tree { fronts, parents, unused, front_of, flops }
+    }
+
     /// Eliminates again, in their shapes, the fronts of these nodes and everything above them. For changed
     /// numbers without new pairs of nodes. After an error the tree must not be used. Returns the fronts, parents before children.
     pub(super) fn refresh(

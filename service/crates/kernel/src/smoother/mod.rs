@@ -8,6 +8,7 @@
 
 mod blocks;
 mod factor_list;
+mod state;
 mod step;
 
 use nalgebra::Matrix6;
@@ -17,6 +18,7 @@ use crate::factors::Factor;
 use crate::se3::{self, Pose};
 use crate::{KernelError, Node};
 use factor_list::FactorList;
+pub use state::SmootherState;
 
 /// Steps are carried down the tree until they change by less than this share of `relinearize_above`. It leaves
 /// room for the lever arms by which a small turn of one keyframe shifts another.
