@@ -10,7 +10,7 @@ use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::{Factor, FactorKind, Node};
 use pdn_planning::{OdometryStep, Saliency};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 mod admission;
 
@@ -63,8 +63,22 @@ enum Undo {
     Odometry(Box<Option<(Node, OdometryStep)>>),
 }
 
-/// Pose of a node as it is estimated now.
-type PoseOf<'a> = &'a dyn Fn(Node, &[Addition]) -> Pose;
+/// What decides whether a measurement between keyframes of the graph can be one.
+pub(crate) enum Judge<'a> {
+    /// The pose of each node as it is estimated now.
+    Estimate(&'a dyn Fn(Node, &[Addition]) -> Pose),
+    /// What was refused when the event was new. First estimates are not wanted.
+    History(&'a BTreeSet<u64>),
+}
+
+impl Judge<'_> {
+    fn pose(&self, node: Node, additions: &[Addition]) -> Pose {
+        match self {
+            Judge::Estimate(pose_of) => pose_of(node, additions),
+            Judge::History(_) => Pose::identity(),
+        }
+    }
+}
 
 impl Book {
     /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`; measurements that
@@ -78,7 +92,7 @@ impl Book {
         change: &Change,
         settings: &Settings,
         limits: &Limits,
-        pose_of: PoseOf,
+        judge: &Judge,
         additions: &mut Vec<Addition>,
     ) -> Result<Vec<Refusal>, StateError> {
         match change {
@@ -90,8 +104,8 @@ impl Book {
                 self.check_names(measurement, limits)?;
                 let rehearsal = self.factor(measurement, settings, [Node(0), Node(1)]);
                 rehearsal.map_err(|error| convert::error::measurement(measurement, error))?;
-                self.place(seq, measurement, settings, pose_of, additions)?;
-                Ok(self.flush(settings, pose_of, additions))
+                self.place(seq, measurement, settings, judge, additions)?;
+                Ok(self.flush(settings, judge, additions))
             }
             Change::Link { .. } => Ok(Vec::new()),
         }

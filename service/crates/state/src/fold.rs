@@ -8,7 +8,7 @@
 //! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and remembers the
 //! way back, and takes that way if the group goes on. So questions never change a later bit.
 
-use crate::book::{Addition, Book};
+use crate::book::{Addition, Book, Judge};
 use crate::change::Change;
 use crate::convert;
 use crate::error::StateError;
@@ -24,6 +24,10 @@ use pdn_kernel::{KernelError, Node};
 use pdn_planning::LinkModel;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+mod relive;
+
+pub(crate) use relive::Relived;
 
 /// Between settlings a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
 /// the whole graph by less costs one way to the root.
@@ -169,7 +173,8 @@ impl Fold {
             }
         };
         let (settings, additions) = (&self.settings, &mut self.group.additions);
-        let mut late = self.book.note(seq, &change, settings, &self.limits, &pose_of, additions)?;
+        let judge = Judge::Estimate(&pose_of);
+        let mut late = self.book.note(seq, &change, settings, &self.limits, &judge, additions)?;
         late.retain(|refusal| self.group.refused.insert(refusal.seq));
         self.group.changes.push((seq, change));
         (self.robot, self.view) = (None, None);

@@ -6,7 +6,7 @@
 //! written down). What events do: `change` (an event that has been checked), `settings`, `book` (which keyframes are in
 //! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `trail`, `survey`, `view`
 //! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. What
-//! survives: [`journal`] (the file), [`recovery`] (a mission from its journal), [`replay`] (its decisions once more).
+//! survives: [`journal`] (the file), [`checkpoint`] (what spares solving it again), [`recovery`] (a mission from its journal), [`replay`] (its decisions once more).
 //! Where the messages of the contract meet the types of the method: `convert`, and nowhere else.
 //!
 //! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is passed in,
@@ -41,6 +41,8 @@ pub mod vehicle;
 pub mod answer;
 
 pub mod journal;
+
+pub mod checkpoint;
 pub mod recovery;
 pub mod replay;
 

@@ -1,11 +1,12 @@
 //! One mission: its phase, the order of its events, and the fold of what they say.
 
 use crate::answer::{DecisionJob, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
+use crate::checkpoint::Checkpoint;
 use crate::chronicle::Chronicle;
 use crate::convert::{self, reply::Source};
 use crate::error::StateError;
 use crate::event::Event;
-use crate::fold::Fold;
+use crate::fold::{Fold, Relived};
 use crate::history::event_record;
 use crate::ingest::{Arrival, Ingest};
 use crate::lifecycle;
@@ -34,8 +35,22 @@ pub struct Mission {
     decisions: u64,
     revisits: u64,
     chronicle: Chronicle,
+    /// Where the present group begins.
+    group: Option<GroupStart>,
+    /// What has been relived on the way to a checkpoint.
+    relived: Option<Box<Relived>>,
     /// What is wrong around the mission, by what it concerns.
     concerns: BTreeMap<&'static str, String>,
+}
+
+/// The first event of a group.
+#[derive(Clone, Copy, Debug)]
+struct GroupStart {
+    seq: u64,
+    /// Number of its record.
+    record: u64,
+    /// Events refused up to and with it.
+    rejected: u64,
 }
 
 impl Mission {
@@ -64,6 +79,8 @@ impl Mission {
             decisions: 0,
             revisits: 0,
             chronicle: Chronicle::after(records + 1),
+            group: None,
+            relived: None,
             concerns: BTreeMap::new(),
         })
     }
@@ -128,10 +145,18 @@ impl Mission {
         offered
     }
 
+    /// What is to be kept so that the history need not be solved for again up to the last group; none if there is no
+    /// such moment. Cost: a copy of the state.
+    pub fn checkpoint(&self) -> Option<Checkpoint> {
+        let GroupStart { seq, record, rejected } = self.group?;
+        let kept = (self.fold.group_seq() == Some(seq)).then(|| self.fold.kept()).flatten()?;
+        Some(Checkpoint { record, rejected, kept })
+    }
+
     fn apply(&mut self, event: Event, offered: &mut Offered) {
-        let seq = event.seq();
+        let (seq, record) = (event.seq(), self.records());
         let refused = match self.chronicle.push(|| event_record(&event)) {
-            Ok(()) => self.consume(event),
+            Ok(()) => self.consume(event, record),
             Err(error) => vec![Refusal { seq, error }],
         };
         self.note_refused(&refused);
@@ -139,14 +164,23 @@ impl Mission {
         offered.refused.extend(refused);
     }
 
-    /// Folds an event whose turn it is.
-    fn consume(&mut self, event: Event) -> Vec<Refusal> {
+    /// Folds an event whose turn it is and whose record has this number.
+    fn consume(&mut self, event: Event, record: u64) -> Vec<Refusal> {
         let seq = event.seq();
+        if let Some(relived) = &mut self.relived {
+            if let Ok(change) = convert::event::change(event) {
+                self.fold.relive(relived, seq, change);
+            }
+            return Vec::new(); // the history tells what was refused
+        }
         let refused = match convert::event::change(event) {
             Ok(change) => self.fold.apply(seq, change),
             Err(error) => vec![Refusal { seq, error }],
         };
         self.rejected += refused.len() as u64;
+        if self.fold.group_seq() == Some(seq) {
+            self.group = Some(GroupStart { seq, record, rejected: self.rejected });
+        }
         refused
     }
 

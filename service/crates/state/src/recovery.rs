@@ -1,5 +1,6 @@
 //! A mission from its journal: the same fold over the same entries.
 
+use crate::checkpoint::{Checkpoint, Unusable};
 use crate::error::StateError;
 use crate::history::{Entry, SOFTWARE};
 use crate::journal::{Journal, JournalError};
@@ -19,6 +20,25 @@ pub struct Recovered {
     pub vehicle: String,
     /// Where refusals came out other than recorded, if anywhere: another version of the software wrote them.
     pub differs: Option<String>,
+    /// Why a checkpoint was passed over, if one was.
+    pub passed_over: Option<Unusable>,
+}
+
+/// As [`recover`], from a checkpoint on if these bytes are one of this journal: the same mission, bit for bit, but
+/// nothing before the checkpoint is solved for again, and refusals before it are taken as they stand.
+///
+/// # Errors
+/// As [`recover`].
+pub fn recover_from(journal: &Journal, checkpoint: &[u8], limits: Limits) -> Result<Recovered, JournalError> {
+    let passed_over = match Checkpoint::from_bytes(checkpoint, journal) {
+        Err(unusable) => unusable,
+        Ok(checkpoint) => match fold(journal, Folding::to(checkpoint, limits)) {
+            Ok(recovered) => return Ok(recovered),
+            // Should the journal itself be damaged, it is found again without the checkpoint.
+            Err(error) => Unusable::Unfit(error.to_string()),
+        },
+    };
+    Ok(Recovered { passed_over: Some(passed_over), ..recover(journal, limits)? })
 }
 
 /// Folds the whole journal.
@@ -26,12 +46,16 @@ pub struct Recovered {
 /// # Errors
 /// [`JournalError::Damaged`] from the first record on that is not whole or cannot be history: nothing is passed over.
 pub fn recover(journal: &Journal, limits: Limits) -> Result<Recovered, JournalError> {
-    let mut folding = Folding::new(limits);
+    fold(journal, Folding::new(limits))
+}
+
+fn fold(journal: &Journal, mut folding: Folding) -> Result<Recovered, JournalError> {
     for read in journal.records()? {
         let (number, record) = read?;
         let entry = Entry::read(&record).map_err(|error| JournalError::damaged(number, error.to_string()))?;
         folding.take(entry).map_err(|what| JournalError::damaged(number, what))?;
     }
+    folding.arrive().map_err(|what| JournalError::damaged(journal.len(), what))?;
     folding.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))
 }
 
@@ -43,12 +67,29 @@ pub struct Folding {
     vehicle: String,
     expected: VecDeque<Problem>,
     differs: Option<String>,
+    /// Entries so far.
+    entries: u64,
+    /// Where nothing is solved for yet: the checkpoint ahead.
+    checkpoint: Option<Box<Checkpoint>>,
 }
 
 impl Folding {
     /// Before the first entry. `limits` give what the mission's own bounds do not name.
     pub fn new(limits: Limits) -> Folding {
-        Folding { limits, mission: None, vehicle: String::new(), expected: VecDeque::new(), differs: None }
+        Folding {
+            limits,
+            mission: None,
+            vehicle: String::new(),
+            expected: VecDeque::new(),
+            differs: None,
+            entries: 0,
+            checkpoint: None,
+        }
+    }
+
+    /// Before the first entry, with a checkpoint ahead.
+    fn to(checkpoint: Checkpoint, limits: Limits) -> Folding {
+        Folding { checkpoint: Some(Box::new(checkpoint)), ..Folding::new(limits) }
     }
 
     /// The mission so far; none before the first entry.
@@ -61,11 +102,16 @@ impl Folding {
     /// # Errors
     /// Why no mission has ever had this history.
     pub fn take(&mut self, entry: Entry) -> Result<(), String> {
+        // Refusals that follow on the checkpoint's event are of the group before it.
+        if !matches!(entry, Entry::Refused(_)) {
+            self.arrive()?;
+        }
+        self.entries += 1;
         if let Entry::Configured(configured) = entry {
             return self.configure(*configured);
         }
         match &entry {
-            Entry::Refused(found) => self.compare(found),
+            Entry::Refused(found) if self.checkpoint.is_none() => self.compare(found),
             Entry::Reopened(_) => self.expected.clear(), // a crash may have kept some from being recorded
             _ => {}
         }
@@ -80,7 +126,16 @@ impl Folding {
     /// The mission, unless there was no entry.
     pub fn finish(mut self) -> Option<Recovered> {
         let mission = self.mission.take()?;
-        Some(Recovered { mission, vehicle: self.vehicle, differs: self.differs })
+        Some(Recovered { mission, vehicle: self.vehicle, differs: self.differs, passed_over: None })
+    }
+
+    /// Arrives at the checkpoint if its event was the last one taken.
+    fn arrive(&mut self) -> Result<(), String> {
+        let is_behind = |checkpoint: &mut Box<Checkpoint>| checkpoint.record < self.entries;
+        match (self.checkpoint.take_if(is_behind), &mut self.mission) {
+            (Some(checkpoint), Some(mission)) => mission.arrive(*checkpoint),
+            _ => Ok(()),
+        }
     }
 
     fn configure(&mut self, configured: Configured) -> Result<(), String> {
@@ -92,8 +147,11 @@ impl Folding {
             None => 0,
         };
         self.vehicle.clone_from(&configured.vehicle);
-        let mission = Mission::configured(configured, self.limits, records)
+        let mut mission = Mission::configured(configured, self.limits, records)
             .map_err(|error: StateError| error.to_string())?;
+        if self.checkpoint.is_some() {
+            mission.hurry();
+        }
         self.mission = Some(mission);
         Ok(())
     }

@@ -18,7 +18,7 @@ pub struct Progress {
     /// Length of the way behind the robot, m.
     pub done_m: f64,
     /// Where the robot was last looked at.
-    last: Option<Vector3<f64>>,
+    pub(crate) last: Option<Vector3<f64>>,
 }
 
 impl Survey {

@@ -37,6 +37,21 @@ impl Trail {
         &self.coverage
     }
 
+    /// By node, where its photograph lies; none before the first.
+    pub(crate) fn cameras(&self) -> Vec<Option<Pose>> {
+        self.followed.iter().map(|followed| followed.world_from_camera).collect()
+    }
+
+    /// Puts the photographs of an empty trail where [`Trail::cameras`] had them; `keyframe` gives a node's keyframe.
+    pub(crate) fn restore(&mut self, cameras: Vec<Option<Pose>>, keyframe: impl Fn(usize) -> u64) {
+        for (node, world_from_camera) in cameras.into_iter().enumerate() {
+            if let Some(pose) = &world_from_camera {
+                self.coverage.place(keyframe(node), pose);
+            }
+            self.followed.push(Followed { world_from_body: None, world_from_camera });
+        }
+    }
+
     /// Moves the rasters to where the keyframes are linearised now; `camera` gives a node's keyframe and its
     /// `body_from_camera`. Cost: a comparison for a node that has not moved, its cells for one that has.
     pub(crate) fn follow(&mut self, linearizations: &[Pose], camera: impl Fn(usize) -> (u64, Pose)) -> Moved {

@@ -1,6 +1,6 @@
 //! How a measurement enters the graph, and what it brings along.
 
-use super::{Addition, Book, PoseOf, Undo};
+use super::{Addition, Book, Judge, Undo};
 use crate::change::Measurement;
 use crate::convert;
 use crate::error::StateError;
@@ -18,11 +18,11 @@ impl Book {
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        pose_of: PoseOf,
+        judge: &Judge,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         if self.is_placeable(measurement) {
-            self.add(measurement, settings, pose_of, additions)?;
+            self.add(seq, measurement, settings, judge, additions)?;
         } else {
             self.waiting.insert(seq, measurement.clone());
             self.log.push(Undo::Waited(seq));
@@ -39,7 +39,7 @@ impl Book {
     pub(super) fn flush(
         &mut self,
         settings: &Settings,
-        pose_of: PoseOf,
+        judge: &Judge,
         additions: &mut Vec<Addition>,
     ) -> Vec<Refusal> {
         let mut refused = Vec::new();
@@ -47,7 +47,7 @@ impl Book {
             self.waiting.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
         {
             let Some(measurement) = self.waiting.remove(&seq) else { break };
-            if let Err(error) = self.add(&measurement, settings, pose_of, additions) {
+            if let Err(error) = self.add(seq, &measurement, settings, judge, additions) {
                 refused.push(Refusal { seq, error });
             }
             self.log.push(Undo::Resumed(seq, Box::new(measurement)));
@@ -67,9 +67,10 @@ impl Book {
 
     fn add(
         &mut self,
+        seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        pose_of: PoseOf,
+        judge: &Judge,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         let (first, second) = measurement.keyframes();
@@ -83,15 +84,21 @@ impl Book {
             Some(keyframe) => {
                 let known = if keyframe == first { nodes[1] } else { nodes[0] };
                 let sent = self.keyframes.get(&keyframe).and_then(|record| record.world_from_body);
-                let known_pose = if known == next { Pose::identity() } else { pose_of(known, additions) };
+                let known_pose = if known == next { Pose::identity() } else { judge.pose(known, additions) };
                 let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
                 self.enter(keyframe, sent.unwrap_or_else(tied), additions);
             }
-            None => {
-                let poses = nodes.map(|node| pose_of(node, additions));
-                let geometry = factor.validate_geometry(&poses[0], second.map(|_| &poses[1]));
-                geometry.map_err(|error| convert::error::measurement(measurement, error))?;
-            }
+            None => match judge {
+                Judge::Estimate(pose_of) => {
+                    let poses = nodes.map(|node| pose_of(node, additions));
+                    let geometry = factor.validate_geometry(&poses[0], second.map(|_| &poses[1]));
+                    geometry.map_err(|error| convert::error::measurement(measurement, error))?;
+                }
+                Judge::History(refused) if refused.contains(&seq) => {
+                    return Err(StateError::NotReady);
+                }
+                Judge::History(_) => {}
+            },
         }
         self.join(measurement, factor, additions);
         Ok(())

@@ -152,6 +152,20 @@ impl Journal {
         })
     }
 
+    /// CRC of the record before this one, by which what belongs to the journal up to there is known; 0 before the first.
+    ///
+    /// # Errors
+    /// [`JournalError::Damaged`] if the record before is not in it or not whole, and what the disk says.
+    pub fn crc_before(&self, number: u64) -> Result<u32, JournalError> {
+        let Some(before) = number.checked_sub(1) else { return Ok(0) };
+        guarded(|| {
+            let table = self.tables.begin_read()?.open_table(RECORDS)?;
+            let missing = || JournalError::damaged(before, "it is not in the table");
+            let bytes = ReadableTable::get(&table, before)?.ok_or_else(missing)?;
+            Ok(whole(bytes.value(), self.header.identity, before)?.crc)
+        })
+    }
+
     fn commit(&mut self, records: &[Record], first: bool) -> Result<(), JournalError> {
         let mut next = self.next;
         let mut group = self.tables.begin_write()?;

@@ -1,7 +1,8 @@
 //! What changes a mission, lived through once and noted in its history, or relived from there.
 
-use super::Mission;
+use super::{GroupStart, Mission};
 use crate::answer::DecisionOutcome;
+use crate::checkpoint::Checkpoint;
 use crate::error::StateError;
 use crate::event::Event;
 use crate::history::{Entry, Record, SOFTWARE};
@@ -92,6 +93,26 @@ impl Mission {
         let _ = self.chronicle.turn_away(&Entry::TurnedAway(refusal.problem()));
     }
 
+    /// From now on nothing of its history is solved for, until it is at the checkpoint.
+    pub(crate) fn hurry(&mut self) {
+        self.relived = Some(Box::default());
+    }
+
+    /// Arrives at a checkpoint, whose event is the last that was relived.
+    ///
+    /// # Errors
+    /// Why it cannot be a checkpoint of this history.
+    pub(crate) fn arrive(&mut self, checkpoint: Checkpoint) -> Result<(), String> {
+        let Checkpoint { record, rejected, kept } = checkpoint;
+        let relived = self.relived.take().ok_or("it comes too late")?;
+        if let [refusal, ..] = self.fold.take_up(*relived, kept)?.as_slice() {
+            return Err(format!("its event {} is refused", refusal.seq));
+        }
+        self.rejected = rejected;
+        self.group = self.fold.group_seq().map(|seq| GroupStart { seq, record, rejected });
+        Ok(())
+    }
+
     /// Takes an entry of its history again. Returns what it makes the mission refuse.
     ///
     /// # Errors
@@ -116,7 +137,13 @@ impl Mission {
                 self.hold_after_restart(&reopened);
                 Vec::new()
             }
-            Entry::TurnedAway(_) | Entry::Refused(_) => Vec::new(),
+            Entry::Refused(problem) => {
+                if let (Some(relived), Some(seq)) = (&mut self.relived, problem.seq) {
+                    relived.refuse(seq);
+                }
+                Vec::new()
+            }
+            Entry::TurnedAway(_) => Vec::new(),
         };
         self.chronicle.skip(kind);
         Ok(refused)
@@ -132,7 +159,8 @@ impl Mission {
         let (seq, next_seq) = (event.seq(), self.next_seq());
         match self.ingest.take(event, 0, self.limits.max_events)? {
             Arrival::Due(mut due) if due.len() == 1 => {
-                let refused = due.pop().map(|event| self.consume(event)).unwrap_or_default();
+                let record = self.records();
+                let refused = due.pop().map(|event| self.consume(event, record)).unwrap_or_default();
                 Ok(refused.iter().map(Refusal::problem).collect())
             }
             _ => Err(impossible(&format!("event {seq} where {next_seq} is the next"))),

@@ -1,0 +1,90 @@
+//! What a mission has come to at one moment, so that its journal need not be solved again from the beginning.
+//!
+//! A journal is the truth, and a checkpoint only spares time: what events give at once is taken from the journal all the
+//! same, and only what was solved for is kept here (linearisation points, steps, the shape of the tree, where each photograph lies).
+//! It stands for the moment before the event that begins the last group (see `fold`), names that event's record and the
+//! CRC of the one before it, and so belongs to one journal. One that is damaged, of another journal or of another version
+//! of the software is passed over: recovery then takes longer, and comes to the same bits.
+
+mod content;
+
+use crate::history::SOFTWARE;
+use crate::journal::{Journal, JournalError};
+use crate::survey::Progress;
+use pdn_kernel::se3::Pose;
+use pdn_kernel::smoother::SmootherState;
+
+/// What the bytes of a checkpoint begin with, of which the last character is the format.
+const MAGIC: [u8; 4] = *b"PDC1";
+
+/// A mission before one of its events.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Number of that event's record in the journal.
+    pub record: u64,
+    /// Events refused up to and with that one.
+    pub(crate) rejected: u64,
+    pub(crate) kept: Kept,
+}
+
+/// What of a fold does not follow from its events at once.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Kept {
+    pub smoother: SmootherState,
+    pub converged: bool,
+    pub progress: Progress,
+    /// By node, where its photograph lies in the rasters; none before the first.
+    pub world_from_camera: Vec<Option<Pose>>,
+}
+
+/// Why a checkpoint is of no use.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unusable {
+    /// The bytes are not those that were written.
+    #[error("it is damaged")]
+    Damaged,
+    /// It was written by another version.
+    #[error("it was written by {0}")]
+    Software(String),
+    /// It is not of this journal.
+    #[error("it belongs to another journal")]
+    OtherJournal,
+    /// What it keeps does not fit what the journal says.
+    #[error("it does not fit the journal: {0}")]
+    Unfit(String),
+}
+
+impl Checkpoint {
+    /// The checkpoint as bytes that belong to this journal. The journal must hold the record that it names.
+    ///
+    /// # Errors
+    /// Those of reading the journal.
+    pub fn to_bytes(&self, journal: &Journal) -> Result<Vec<u8>, JournalError> {
+        let crc_before = journal.crc_before(self.record)?;
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(content::encode(self, SOFTWARE, journal.header().identity, crc_before));
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        Ok(bytes)
+    }
+
+    /// The checkpoint of these bytes, if it belongs to this journal.
+    ///
+    /// # Errors
+    /// Why it is of no use.
+    pub fn from_bytes(bytes: &[u8], journal: &Journal) -> Result<Checkpoint, Unusable> {
+        let (body, crc) = bytes.split_last_chunk::<4>().ok_or(Unusable::Damaged)?;
+        if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
+            return Err(Unusable::Damaged);
+        }
+        let body = body.strip_prefix(&MAGIC).ok_or(Unusable::Damaged)?;
+        let (checkpoint, software, identity, crc_before) = content::decode(body)?;
+        if software != SOFTWARE {
+            return Err(Unusable::Software(software));
+        }
+        let is_of = |journal: &Journal| journal.crc_before(checkpoint.record).ok() == Some(crc_before);
+        if identity != journal.header().identity || !is_of(journal) {
+            return Err(Unusable::OtherJournal);
+        }
+        Ok(checkpoint)
+    }
+}

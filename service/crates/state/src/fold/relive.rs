@@ -1,0 +1,114 @@
+//! The fold of events whose outcome is known up to a checkpoint: nothing is solved for, and what was refused then is
+//! refused now.
+//!
+//! Refusals of a group may stand in the history after the keyframe that ended it. So a group is noted only once the
+//! next entry has come that is no refusal; until then it waits here.
+
+use super::{Fold, STREAM_ITERATIONS, STREAM_TOLERANCE, SmootherSettings};
+use crate::book::{Addition, Judge};
+use crate::change::Change;
+use crate::checkpoint::Kept;
+use crate::offered::Refusal;
+use pdn_kernel::smoother::Smoother;
+use std::collections::BTreeSet;
+
+/// What has been read since the beginning of the history.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Relived {
+    /// The group that the last keyframe ended, and the one that it began.
+    closing: Vec<(u64, Change)>,
+    current: Vec<(u64, Change)>,
+    additions: Vec<Addition>,
+    refused: BTreeSet<u64>,
+}
+
+impl Relived {
+    /// An event that the history says was refused.
+    pub(crate) fn refuse(&mut self, seq: u64) {
+        self.refused.insert(seq);
+    }
+}
+
+impl Fold {
+    /// Event number of the first change of the present group.
+    pub(crate) fn group_seq(&self) -> Option<u64> {
+        self.group.changes.first().map(|(seq, _)| *seq)
+    }
+
+    /// What must be kept of the state before the present group; none if that cannot be kept. Cost: a copy.
+    pub(crate) fn kept(&self) -> Option<Kept> {
+        let mut before = self.clone();
+        before.step_back();
+        Some(Kept {
+            smoother: before.smoother.state()?,
+            converged: before.converged,
+            progress: before.progress,
+            world_from_camera: before.trail.cameras(),
+        })
+    }
+
+    /// Takes an event of the history before the checkpoint.
+    pub(crate) fn relive(&mut self, relived: &mut Relived, seq: u64, change: Change) {
+        self.note_closed(relived);
+        match &change {
+            Change::Keyframe(keyframe) => {
+                let is_new = |(seq, change): &(u64, Change)| match change {
+                    Change::Keyframe(other) => other.id != keyframe.id || relived.refused.contains(seq),
+                    _ => true,
+                };
+                if self.book.check_new(keyframe.id, &self.limits).is_ok()
+                    && relived.current.iter().all(is_new)
+                {
+                    relived.closing = std::mem::take(&mut relived.current);
+                }
+                relived.current.push((seq, change));
+            }
+            Change::Measurement(_) | Change::Link { .. } => relived.current.push((seq, change)),
+        }
+    }
+
+    /// Arrives at the checkpoint, which stands before the last event taken; from here on the fold goes on as usual.
+    ///
+    /// # Errors
+    /// What does not fit.
+    pub(crate) fn take_up(&mut self, mut relived: Relived, kept: Kept) -> Result<Vec<Refusal>, String> {
+        self.note_closed(&mut relived);
+        let [(seq, change)] = <[_; 1]>::try_from(relived.current)
+            .map_err(|current| format!("it stands before {} events", current.len()))?;
+        let Kept { smoother, converged, progress, world_from_camera } = kept;
+        let settings =
+            SmootherSettings { relinearize_above: STREAM_TOLERANCE, max_iterations: STREAM_ITERATIONS };
+        let nodes = self.book.nodes.len();
+        if smoother.linearizations.len() != nodes || world_from_camera.len() != nodes {
+            return Err(format!("the journal has {nodes} keyframes in the graph by then"));
+        }
+        let factors = relived.additions.into_iter().filter_map(|addition| match addition {
+            Addition::Factor(factor) => Some(*factor),
+            Addition::Keyframe(_) => None,
+        });
+        self.smoother = Smoother::restore(settings, smoother, factors).map_err(|error| error.to_string())?;
+        self.converged = converged;
+        self.progress = progress;
+        let book = &self.book;
+        self.trail.restore(world_from_camera, |node| book.nodes[node]);
+        Ok(self.apply(seq, change))
+    }
+
+    /// Notes the group that has ended, now that all that was refused of it is known.
+    fn note_closed(&mut self, relived: &mut Relived) {
+        for (seq, change) in std::mem::take(&mut relived.closing) {
+            if relived.refused.contains(&seq) {
+                continue;
+            }
+            // What was taken then is taken now; else the counts at the checkpoint will not fit.
+            if let Change::Link { from, to, registered } = change {
+                let _ = self.learn(from, to, registered);
+                continue;
+            }
+            let judge = Judge::History(&relived.refused);
+            let additions = &mut relived.additions;
+            let _ = self.book.note(seq, &change, &self.settings, &self.limits, &judge, additions);
+        }
+        self.book.settle();
+    }
+}
