@@ -119,7 +119,7 @@ def updates(surveys: Iterable[Found]) -> str:
         followers = [
             ("ours", ours["update"], ours["drift"]),
             ("ours, settled at the end", None, ours["settled_drift"]),
-            ("ours, but for each 16th, which settles", ours["update_between"], None),
+            ("ours, but for those that settle", ours["update_between"], None),
         ]
         for name, isam2 in survey.get("isam2", {}).items():
             followers.append((f"iSAM2 {name}", isam2["update"], isam2["drift"]))

@@ -16,7 +16,7 @@ pub use pdn_kernel::{KernelError, Node};
 
 /// As the daemon's fold streams (`service/crates/state/src/fold.rs`).
 const STREAM: SmootherSettings = SmootherSettings { relinearize_above: 2e-2, max_iterations: 3 };
-const SETTLE_EVERY: usize = 16;
+const SETTLE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
 const SETTLED_TOLERANCE: f64 = 1e-7;
 const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-5;
 const SMALL_GRAPH: usize = 4096;
@@ -77,11 +77,13 @@ impl Stream {
         Ok(guess)
     }
 
-    /// Follows what was added as the daemon does: a few steps, and at each 16th keyframe as close to the optimum as the daemon. True if
-    /// it settled.
+    /// Follows what was added as the daemon does: a few steps, and now and then as close to the optimum as the daemon. True if it
+    /// settled.
     pub fn follow(&mut self) -> Result<bool, KernelError> {
         self.smoother.advance()?;
-        let settles = self.smoother.len() % SETTLE_EVERY == 0;
+        let keyframes = self.smoother.len();
+        let every = SETTLE_EVERY.iter().find(|(most, _)| keyframes <= *most).map_or(1, |(_, every)| *every);
+        let settles = keyframes % every == 0;
         if settles {
             let is_small = self.smoother.len() <= SMALL_GRAPH;
             self.settle_to(if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE })?;

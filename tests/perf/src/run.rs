@@ -17,7 +17,7 @@ pub struct Report {
     pub keyframes: usize,
     pub measurements: usize,
     pub links: usize,
-    /// Following one keyframe as it comes; each 16th settles. All of them, and those that do not settle.
+    /// Following one keyframe as it comes; some of them settle. All of them, and those that do not settle.
     pub update: Summary,
     pub update_between: Summary,
     /// Greatest distance of the estimate from the batch optimum at the end, [m, rad]: as streamed, and settled.

@@ -36,9 +36,10 @@ const STREAM_TOLERANCE: f64 = 2e-2;
 /// Gauss-Newton steps that one group gets at most between settlings; what is left goes on with the next group.
 const STREAM_ITERATIONS: usize = 3;
 
-/// The smoother settles with each keyframe of the graph whose number is a multiple of this, so that a question
-/// never has far to go.
-const SETTLE_EVERY: usize = 16;
+/// The smoother settles with each keyframe of the graph whose number is a multiple of the second number here, in graphs
+/// of up to the first number of keyframes, so that a question never has far to go. A loop closure moves all of
+/// a graph, so the larger it is the dearer is settling, and the rarer.
+const SETTLE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
 
 /// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at most
 /// `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop closure.
@@ -236,7 +237,7 @@ impl Fold {
         if !self.group.additions.is_empty() {
             ahead.advance()?;
             converged = true;
-            if ahead.len() % SETTLE_EVERY == 0 && ahead.len() > self.smoother.len() {
+            if is_due(ahead.len()) && ahead.len() > self.smoother.len() {
                 converged = settle(&mut ahead)?;
             }
         }
@@ -270,6 +271,11 @@ impl Fold {
         self.trail.step_back(back.moved);
         (self.smoother, self.converged, self.progress) = (back.smoother, back.converged, back.progress);
     }
+}
+
+/// Whether a graph of so many keyframes settles with the newest.
+fn is_due(keyframes: usize) -> bool {
+    SETTLE_EVERY.iter().find(|(most, _)| keyframes <= *most).is_some_and(|(_, every)| keyframes % every == 0)
 }
 
 /// Steps until every linearisation point is at the estimate, as close as the size of the graph asks; false if that takes
