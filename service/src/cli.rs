@@ -58,7 +58,7 @@ struct Flags {
     /// Zenoh configuration (JSON5), laid over the built-in one
     #[arg(long, value_name = "FILE", env = "ZENOH_CONFIG", global = true)]
     zenoh_config: Option<PathBuf>,
-    /// Directory of the journal: made, checked and locked; nothing is stored in it yet
+    /// Directory of the journals, from which missions come back; without it nothing is kept
     #[arg(long, value_name = "DIR", global = true)]
     state_dir: Option<PathBuf>,
     /// Form of the log: human or json
@@ -174,7 +174,11 @@ fn serve(flags: &Flags) -> Result<(), Failure> {
         tracing::warn!(%variable, "no setting has this name; `pdnd config` lists them");
     }
     let _state_dir = StateDir::open(&settings.state_dir)?;
-    let drained = runtime()?.block_on(serve::serve(&settings, zenoh))?;
+    let runtime = runtime()?;
+    let drained = runtime.block_on(serve::serve(&settings, zenoh));
+    // A journal that is being read must not hold up the end.
+    runtime.shutdown_background();
+    let drained = drained?;
     if drained {
         return Ok(());
     }

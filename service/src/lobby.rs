@@ -1,6 +1,8 @@
 //! Where vehicles come in that are not known yet: the first accepted `op/configure` makes one.
 
+use crate::keeper::Keeper;
 use crate::planner::Planner;
+use crate::returning::Returned;
 use crate::settings::Settings;
 use crate::stop::Stop;
 use crate::telemetry::Sparing;
@@ -8,6 +10,7 @@ use crate::vehicle::{self, Owner};
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_state::Vehicle;
+use pdn_transport::answer::Answer;
 use pdn_transport::directory::{Directory, Knock, unknown_vehicle};
 use pdn_transport::inbox::inbox;
 use pdn_transport::message::{Incoming, Question};
@@ -85,23 +88,36 @@ impl Lobby {
             );
             return question.answer.refuse(&Problem::new(Code::Limit, message, None));
         }
-        let mut vehicle = Vehicle::new(self.settings.limits());
-        if let Err(problem) = vehicle::configure(&mut vehicle, &question) {
+        let mut vehicle = match self.settings.journals() {
+            Some(_) => Vehicle::kept(id.as_str(), self.settings.limits()),
+            None => Vehicle::new(self.settings.limits()),
+        };
+        let mut keeper = Keeper::new(id.clone(), &self.settings);
+        if let Err(problem) = vehicle::configure(&mut vehicle, &mut keeper, &question) {
             return question.answer.refuse(&problem);
         }
+        self.welcome(Returned { id, vehicle, keeper }, Some(question.answer)).await;
+    }
+
+    /// Gives a vehicle its thread; `configured` waits for the answer to the configuration that made it.
+    pub async fn welcome(&mut self, returned: Returned, configured: Option<Answer>) {
+        let id = returned.id.clone();
         let outgoing = match Outgoing::open(&self.session, &id, self.settings.outgoing()).await {
             Ok(opened) => opened,
             Err(error) => {
                 tracing::error!(vehicle = %id, %error, "a vehicle could not be made");
-                return question.answer.refuse(&Problem::new(Code::Internal, error.to_string(), None));
+                if let Some(answer) = configured {
+                    answer.refuse(&Problem::new(Code::Internal, error.to_string(), None));
+                }
+                return;
             }
         };
         let (inbox, mail) = inbox(self.settings.incoming());
         let (planner, stop) = (self.planner.clone(), self.stop.clone());
-        let owner = Owner::new(id.clone(), vehicle, mail, outgoing, planner, stop, &self.settings);
+        let owner = Owner::new(returned, mail, outgoing, planner, stop, &self.settings);
         // Before the configuration is answered: the next command may follow the answer at once.
         self.directory.add(id.clone(), inbox);
-        match owner.start(question.answer) {
+        match owner.start(configured) {
             Ok(end) => {
                 tracing::info!(vehicle = %id, "a vehicle has come");
                 self.ends.push(end);

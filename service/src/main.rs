@@ -1,8 +1,8 @@
 //! `pdnd`: the perception-driven navigation daemon.
 //!
 //! Reading order: `cli` (what can be asked of the program), `settings`, `state_dir`, `telemetry`, then the daemon:
-//! `serve` (its phases from start to end, `stop` when the end begins), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
-//! vehicle), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
+//! `serve` (its phases from start to end, `stop` when the end begins), `returning` (vehicles of earlier runs), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
+//! vehicle), `keeper` (its journals), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
 //!
 //! Exit codes: 0 well; 1 a failure while running, or `pdnd health` found no ready daemon; 2 wrong usage or
 //! settings; 3 an endpoint or the state directory is not to be had.
@@ -12,8 +12,10 @@ mod settings;
 mod state_dir;
 mod telemetry;
 
+mod keeper;
 mod lobby;
 mod planner;
+mod returning;
 mod serve;
 mod stop;
 mod vehicle;

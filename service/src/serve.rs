@@ -3,6 +3,7 @@
 
 use crate::lobby::Lobby;
 use crate::planner::Planner;
+use crate::returning::recover_all;
 use crate::settings::Settings;
 use crate::stop::Stop;
 use pdn_transport::directory::{Directory, LobbyBounds};
@@ -21,18 +22,35 @@ const LEAVE: Duration = Duration::from_secs(1);
 
 /// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished. The end takes `drain_ms` at most,
 /// whatever was accepted: three quarters of the time go to finishing, the rest to telling and leaving.
+///
+/// Vehicles of earlier runs come back before anything is taken.
 pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionError> {
     let mut signals = Signals::new()?;
+    let recovering = {
+        let settings = settings.clone();
+        tokio::task::spawn_blocking(move || recover_all(&settings))
+    };
+    let returned = tokio::select! {
+        returned = recovering => returned.map_err(|error| internal("state_dir", &error))?,
+        cause = signals.next() => {
+            tracing::info!(cause, "stopped while journals were read");
+            return Ok(true);
+        }
+    };
+    let returned = returned.map_err(|error| internal("state_dir", &error))?;
     let stop = Stop::default();
     let planner = Planner::new(settings.planner_threads(), stop.clone());
     let planner = planner.map_err(|error| internal("planner", &error))?;
     let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
     let (directory, knocks) = Directory::new(LOBBY);
     let directory = Arc::new(directory);
-    let intake = Intake::open(&session, directory.clone()).await?;
     let (close_lobby, closed) = oneshot::channel();
-    let lobby =
+    let mut lobby =
         Lobby::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
+    for returned in returned {
+        lobby.welcome(returned, None).await;
+    }
+    let intake = Intake::open(&session, directory.clone()).await?;
     let lobby = tokio::spawn(lobby.run(knocks, closed));
     let ready = declare_ready(&session).await?;
     let locators: Vec<_> = session.info().locators().await.iter().map(ToString::to_string).collect();
@@ -40,7 +58,8 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
         version = env!("CARGO_PKG_VERSION"),
         listening = locators.join(", "),
         planner_threads = planner.jobs_at_once(),
-        durability = "memory",
+        state_dir = %settings.state_dir.display(),
+        vehicles = directory.len(),
         "ready"
     );
 

@@ -10,6 +10,7 @@ pub use layers::{Layers, SettingsError};
 pub use list::{SETTINGS, document};
 
 use pdn_state::Limits;
+use pdn_state::journal::files::Journals;
 use pdn_transport::inbox::InboxBounds;
 use pdn_transport::outgoing::OutgoingBounds;
 use serde::{Deserialize, Serialize};
@@ -42,7 +43,8 @@ pub struct Settings {
     pub max_cells: u64,
     pub drain_ms: u64,
     pub state_dir: PathBuf,
-    pub durability: Durability,
+    pub sync_events: u64,
+    pub sync_ms: u64,
     pub log_format: LogFormat,
     pub log_level: String,
 }
@@ -73,19 +75,12 @@ impl Default for Settings {
             max_cells: limits.max_cells,
             drain_ms: 5_000,
             state_dir: PathBuf::new(),
-            durability: Durability::Memory,
+            sync_events: 64,
+            sync_ms: 20,
             log_format: LogFormat::Human,
             log_level: "info".to_owned(),
         }
     }
-}
-
-/// What an acknowledgement promises.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Durability {
-    /// Acknowledged means applied; nothing survives the process.
-    Memory,
 }
 
 /// How log lines are written to standard error.
@@ -130,6 +125,11 @@ impl Settings {
             // And the answer to the configuration that made the vehicle.
             answers: 1 + count(self.max_questions_in_flight + self.max_status_questions + self.max_commands),
         }
+    }
+
+    /// The journals below `state_dir`; none without one.
+    pub fn journals(&self) -> Option<Journals> {
+        (!self.state_dir.as_os_str().is_empty()).then(|| Journals::new(&self.state_dir))
     }
 
     /// What one vehicle and each of its missions may hold.

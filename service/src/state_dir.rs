@@ -1,5 +1,4 @@
-//! The directory of the journal. The journal itself does not exist yet: the directory is made, checked for writing
-//! and locked, so that two daemons never share one, and nothing else is stored in it.
+//! The directory of the journals: made, checked for writing and locked, so that two daemons never share one.
 
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{File, create_dir_all};

@@ -21,7 +21,9 @@ mod waiting;
 
 pub use commands::configure;
 
+use crate::keeper::Keeper;
 use crate::planner::{Computed, Job, Planner};
+use crate::returning::Returned;
 use crate::settings::{Settings, count};
 use crate::stop::Stop;
 use crate::telemetry::Sparing;
@@ -46,6 +48,7 @@ use waiting::Waiting;
 pub struct Owner {
     id: VehicleId,
     vehicle: Vehicle,
+    keeper: Keeper,
     mail: Mail,
     outgoing: Outgoing,
     planner: Planner,
@@ -67,10 +70,9 @@ pub struct Owner {
 }
 
 impl Owner {
-    /// The owner of a vehicle that has just been configured.
+    /// The owner of a vehicle that has just been configured, or has come back.
     pub fn new(
-        id: VehicleId,
-        vehicle: Vehicle,
+        Returned { id, vehicle, keeper }: Returned,
         mail: Mail,
         outgoing: Outgoing,
         planner: Planner,
@@ -81,6 +83,7 @@ impl Owner {
         Owner {
             id,
             vehicle,
+            keeper,
             mail,
             outgoing,
             planner,
@@ -100,9 +103,9 @@ impl Owner {
         }
     }
 
-    /// Starts the thread, which first answers the configuration. The receiver hears when all
+    /// Starts the thread, which first answers the configuration that made the vehicle, if one did. The receiver hears when all
     /// is sent, and whether all that was accepted could be finished.
-    pub fn start(self, configured: Answer) -> std::io::Result<oneshot::Receiver<bool>> {
+    pub fn start(self, configured: Option<Answer>) -> std::io::Result<oneshot::Receiver<bool>> {
         let (end, ended) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build()?;
         std::thread::Builder::new().name(format!("own {}", self.id)).spawn(move || {
@@ -114,8 +117,10 @@ impl Owner {
     }
 
     /// Whether all that was accepted could be finished, and what is still to be sent.
-    async fn run(mut self, configured: Answer) -> (bool, Outgoing) {
-        self.answer_with_state(configured, None);
+    async fn run(mut self, configured: Option<Answer>) -> (bool, Outgoing) {
+        if let Some(answer) = configured {
+            self.answer_with_state(answer, None);
+        }
         let mut open = true;
         loop {
             self.tick(Instant::now());
@@ -137,8 +142,10 @@ impl Owner {
                 () = tokio::time::sleep_until(wake.into()) => {}
             }
         }
+        self.sync();
         self.publish_acknowledgements(self.acknowledgements.all());
         self.publish_state();
+        self.keeper.close(&mut self.vehicle);
         if self.turned_away > 0 {
             tracing::warn!(vehicle = %self.id, events = self.turned_away, "no time: events were left to be sent again");
         }
@@ -188,7 +195,10 @@ impl Owner {
                 let _ = finish.send((asked, computed));
             });
         }
-        let due = self.acknowledgements.due(now);
+        if self.keeper.is_due(now) {
+            self.sync();
+        }
+        let due = self.acknowledgements.due(Instant::now());
         self.publish_acknowledgements(due);
         if self.state_changed || now >= self.state_due {
             self.publish_state();
@@ -198,10 +208,18 @@ impl Owner {
     }
 
     fn next_wake(&self) -> Instant {
-        [self.acknowledgements.next_due(), self.waiting.next_expiry()]
+        [self.acknowledgements.next_due(), self.waiting.next_expiry(), self.keeper.next_due()]
             .into_iter()
             .flatten()
             .fold(self.state_due, Instant::min)
+    }
+
+    /// Makes durable what has happened, and has it told.
+    fn sync(&mut self) {
+        let now = Instant::now();
+        for mission in self.keeper.sync(&mut self.vehicle) {
+            self.acknowledgements.hasten(&mission, now);
+        }
     }
 
     fn is_idle(&self) -> bool {
@@ -225,7 +243,7 @@ impl Owner {
 }
 
 /// The daemon's clock, ns since the Unix epoch; for people who read when a phase began, never for a decision.
-fn now_ns() -> u64 {
+pub fn now_ns() -> u64 {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

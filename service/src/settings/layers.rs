@@ -159,8 +159,7 @@ fn check(place: &str, name: &str, value: &Value, known: &Table) -> Result<(), Se
         (Value::Array(_), Value::Array(items)) if items.iter().all(Value::is_str) => Ok(()),
         (Value::Array(_), _) => Err(wrong("a list of strings")),
         (Value::String(_), Value::String(text)) => match (name, text.as_str()) {
-            ("durability", "memory") | ("log_format", "human" | "json") => Ok(()),
-            ("durability", _) => Err(wrong("\"memory\"")),
+            ("log_format", "human" | "json") => Ok(()),
             ("log_format", _) => Err(wrong("\"human\" or \"json\"")),
             ("log_level", text) if tracing_subscriber::EnvFilter::try_new(text).is_err() => {
                 Err(wrong("a level or a filter such as \"info,pdnd=debug\""))
@@ -210,7 +209,7 @@ mod tests {
             ("max_vehicles = -1", vec!["`max_vehicles` is -1"]),
             ("max_vehicles = \"two\"", vec!["`max_vehicles` must be a whole number", "two"]),
             ("listen = \"tcp/a:1\"", vec!["`listen` must be a list of strings"]),
-            ("durability = \"disk\"", vec!["`durability` must be \"memory\""]),
+            ("sync_ms = 0", vec!["`sync_ms` is 0", "1 to 10000"]),
             ("log_level = \"a=b=c\"", vec!["`log_level` must be a level"]),
             ("log_format = 3", vec!["`log_format` must be a string"]),
         ] {

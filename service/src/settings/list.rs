@@ -118,13 +118,18 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "state_dir",
-        meaning: "Directory of the journal: made, checked for writing and locked against a second daemon. Nothing else is stored in it yet. Empty: none.",
+        meaning: "Directory of the journals, one file a mission, from which missions come back after any end of pdnd; made if need be, and locked against a second daemon. Empty: nothing is kept, and an acknowledged event is one that was applied.",
         range: None,
     },
     Setting {
-        name: "durability",
-        meaning: "What an acknowledged event is: \"memory\" is applied, and nothing survives the process. No other value exists yet.",
-        range: None,
+        name: "sync_events",
+        meaning: "Events of a vehicle after which the journal is synced; commands and decisions are synced at once.",
+        range: Some((1, 8192)),
+    },
+    Setting {
+        name: "sync_ms",
+        meaning: "Time after which an event is synced at the latest, ms.",
+        range: Some((1, 10_000)),
     },
     Setting {
         name: "log_format",

@@ -1,6 +1,7 @@
 //! Commands: `op/*`. Each is applied at once and answered with the mission as it then stands.
 
 use super::{Owner, now_ns};
+use crate::keeper::Keeper;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::topics::Topic;
 use pdn_schemas::{Command, MissionConfig};
@@ -9,21 +10,26 @@ use pdn_transport::answer::Answer;
 use pdn_transport::message::Question;
 use std::collections::BTreeSet;
 
-/// Applies `op/configure`; nothing has changed if it is refused.
-pub fn configure(vehicle: &mut Vehicle, question: &Question) -> Result<(), Problem> {
+/// Applies `op/configure`; nothing has changed if it is refused, unless it could not be written any more.
+pub fn configure(vehicle: &mut Vehicle, keeper: &mut Keeper, question: &Question) -> Result<(), Problem> {
     let named = question.parameters.named(question.topic)?;
     let config: MissionConfig = question.payload.decode().map_err(|error| error.problem(None))?;
     if named.text("mission").is_some_and(|mission| mission != config.mission) {
         let message = format!("the parameter names another mission than the payload, \"{}\"", config.mission);
         return Err(Problem::new(Code::Invalid, message, None));
     }
-    vehicle.configure(config, now_ns()).map(drop).map_err(|error| error.problem(None))
+    let (mission, now_ns) = (config.mission.clone(), now_ns());
+    let mut prepared = vehicle.prepare(config, now_ns).map_err(|error| error.problem(None))?;
+    keeper.begin(&mut prepared)?;
+    vehicle.adopt(prepared, now_ns).map_err(|error| error.problem(None))?;
+    keeper.sync(vehicle);
+    keeper.check(&mission, "it was configured anew")
 }
 
 impl Owner {
     pub(super) fn command(&mut self, question: Question) {
         let done = match question.topic {
-            Topic::OpConfigure => configure(&mut self.vehicle, &question).map(|()| {
+            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.keeper, &question).map(|()| {
                 let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
                 self.ahead.keep(|mission| kept.contains(mission));
                 None
@@ -68,7 +74,14 @@ impl Owner {
             question.payload.decode::<Command>().map_err(|error| error.problem(None))?.reason
         };
         let mission = named.text("mission");
-        self.vehicle.command(mission, operation, &reason, now_ns()).map_err(|error| error.problem(None))?;
+        if !operation.is_careful() {
+            self.keeper.demand_writable(&mut self.vehicle, mission)?;
+        }
+        let commanded = self.vehicle.command(mission, operation, &reason, now_ns());
+        let id = commanded.map_err(|error| error.problem(None))?.id().to_owned();
+        self.state_changed = true;
+        self.sync();
+        self.keeper.check(&id, &format!("op/{name} was done all the same"))?;
         Ok(mission.map(str::to_owned))
     }
 }

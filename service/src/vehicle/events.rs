@@ -32,6 +32,7 @@ impl Owner {
             self.reject(refusal.problem());
         }
         if self.vehicle.mission(Some(&offered.mission)).is_ok() {
+            self.keeper.note_event(Instant::now());
             self.acknowledgements.note(&offered.mission, Instant::now());
         }
     }

@@ -34,6 +34,10 @@ impl Owner {
             Ok(decision) => decision,
             Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
         };
+        self.sync();
+        if let Err(problem) = self.keeper.check(&asked.mission, "the decision is not given") {
+            return self.refuse(asked.topic, asked.answer, problem);
+        }
         self.log_decision(&decision);
         if decision.decision.is_some() {
             self.state_changed = true;

@@ -53,6 +53,11 @@ impl Operation {
         }
     }
 
+    /// Whether it can only keep the vehicle from being sent somewhere, so that it is done whatever the disk says.
+    pub fn is_careful(self) -> bool {
+        !matches!(self, Operation::Start | Operation::Resume)
+    }
+
     /// The operation of that name.
     pub fn named(name: &str) -> Option<Operation> {
         Operation::ALL.into_iter().find(|operation| operation.name() == name)

@@ -11,7 +11,7 @@ use redb::backends::FileBackend;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,6 +20,9 @@ pub const EXTENSION: &str = "redb";
 
 /// How the name of one that is being made ends; it holds nothing that was ever answered.
 const UNFINISHED: &str = "new";
+
+/// How the name of a journal's checkpoint ends.
+const CHECKPOINT: &str = "checkpoint";
 
 /// A journal that is kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,7 +60,9 @@ impl Journals {
     /// # Errors
     /// What the disk says.
     pub fn vehicles(&self) -> Result<Vec<VehicleId>, JournalError> {
-        Ok(names(&self.root)?.into_iter().filter_map(|name| VehicleId::new(name).ok()).collect())
+        let mut names = names(&self.root)?;
+        names.retain(|name| self.root.join(name).is_dir());
+        Ok(names.into_iter().filter_map(|name| VehicleId::new(name).ok()).collect())
     }
 
     /// The missions of a vehicle that have one, in the order in which they were configured.
@@ -137,6 +142,31 @@ pub fn view(path: &Path) -> Result<Journal, JournalError> {
     demand_content(&file)?;
     lock(&file, FlockOperation::NonBlockingLockShared)?;
     Journal::open(Overlay::new(Arc::new(FileBackend::new(file)?))?)
+}
+
+/// The bytes of the checkpoint beside a journal; none if there is none, or it cannot be read.
+pub fn checkpoint(journal: &Path) -> Option<Vec<u8>> {
+    fs::read(journal.with_extension(CHECKPOINT)).ok()
+}
+
+/// Keeps a checkpoint beside a journal, in the place of the one before it.
+///
+/// # Errors
+/// What the disk says; the one before it is still there then.
+pub fn keep_checkpoint(journal: &Path, bytes: &[u8]) -> Result<(), JournalError> {
+    let unfinished = journal.with_extension(UNFINISHED);
+    let kept = (|| {
+        let mut file = File::create(&unfinished)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&unfinished, journal.with_extension(CHECKPOINT))?;
+        Ok(())
+    })();
+    if kept.is_err() {
+        // It may not even have been made; what counts is why.
+        let _ = fs::remove_file(&unfinished);
+    }
+    kept
 }
 
 /// Writes what is whole of a journal, up to its damage, to a new one; the file is left as it is.

@@ -1,0 +1,217 @@
+//! Keeps the histories of a vehicle's missions, each in its journal: nothing is answered before it is on the disk.
+//!
+//! Commands and decisions are synced at once, events in groups: `durable_seq` follows the last sync. What cannot be
+//! written waits here and is tried again each second. It cannot grow for long: a sender has at most 512 events under way
+//! that are not durable, and what must be recorded before it is answered is refused.
+
+mod mission;
+
+use crate::settings::{Settings, count};
+use mission::KeptMission;
+use pdn_schemas::ids::VehicleId;
+use pdn_schemas::problem::{Code, Problem};
+use pdn_state::journal::files::Journals;
+use pdn_state::journal::{Header, Journal, JournalError};
+use pdn_state::vehicle::Prepared;
+use pdn_state::{Mission, Vehicle};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// The journals of a vehicle's missions.
+pub struct Keeper {
+    /// None: nothing is kept.
+    journals: Option<Journals>,
+    vehicle: VehicleId,
+    missions: BTreeMap<String, KeptMission>,
+    sync_events: usize,
+    sync: Duration,
+    /// Events since the last sync, and when the first of them must be durable.
+    open: Option<(usize, Instant)>,
+}
+
+impl Keeper {
+    /// A keeper without journals, for a vehicle below the settings' `state_dir`.
+    pub fn new(vehicle: VehicleId, settings: &Settings) -> Keeper {
+        Keeper {
+            journals: settings.journals(),
+            vehicle,
+            missions: BTreeMap::new(),
+            sync_events: count(settings.sync_events),
+            sync: Duration::from_millis(settings.sync_ms),
+            open: None,
+        }
+    }
+
+    /// Goes on with the journal of a mission that has been recovered.
+    pub fn go_on(&mut self, mission: &str, path: PathBuf, journal: Journal) {
+        self.missions.insert(mission.to_owned(), KeptMission::new(path, journal));
+    }
+
+    /// Makes the journal of a mission that is about to be adopted.
+    ///
+    /// # Errors
+    /// `not_durable`; nothing may then depend on the mission.
+    pub fn begin(&mut self, prepared: &mut Prepared) -> Result<(), Problem> {
+        let Some(journals) = &self.journals else { return Ok(()) };
+        let (mission, ordinal) = (prepared.mission().to_owned(), prepared.ordinal());
+        let records = prepared.take_first_records();
+        if records.is_empty() {
+            return Ok(()); // it goes on in the journal of the one that it replaces
+        }
+        let path = journals.path(self.vehicle.as_str(), ordinal, &mission);
+        let header = Header::new(identity(), self.vehicle.as_str(), &mission);
+        match journals.create(header, ordinal, &records) {
+            Ok(journal) => {
+                self.missions.insert(mission, KeptMission::new(path, journal));
+                Ok(())
+            }
+            Err(error) => {
+                let message = format!(
+                    "the journal {} cannot be made: {error}; the mission was not configured",
+                    path.display()
+                );
+                Err(Problem::new(Code::NotDurable, message, None))
+            }
+        }
+    }
+
+    /// Tries once more to write what could not be written of a mission.
+    ///
+    /// # Errors
+    /// `not_durable` if it still cannot be: what was asked must not be done.
+    pub fn demand_writable(&mut self, vehicle: &mut Vehicle, mission: Option<&str>) -> Result<(), Problem> {
+        let Ok(mission) = vehicle.mission(mission).map(|mission| mission.id().to_owned()) else {
+            return Ok(()); // which is told by whoever asks for it
+        };
+        if !self.missions.get(&mission).is_some_and(|kept| kept.failure().is_some()) {
+            return Ok(());
+        }
+        self.write(vehicle, Instant::now(), true);
+        self.check(&mission, "it was not done")
+    }
+
+    /// Whether all that has happened to a mission is durable, as far as it was written.
+    ///
+    /// # Errors
+    /// `not_durable`; `done` says what has become of what was asked.
+    pub fn check(&self, mission: &str, done: &str) -> Result<(), Problem> {
+        let Some((kept, failure)) = self.missions.get(mission).and_then(|kept| Some((kept, kept.failure()?)))
+        else {
+            return Ok(());
+        };
+        let message = format!(
+            "the journal {} cannot be written: {failure}; {done}, and writing is tried again each second",
+            kept.path().display()
+        );
+        Err(Problem::new(Code::NotDurable, message, None))
+    }
+
+    /// Notes that an event has come.
+    pub fn note_event(&mut self, now: Instant) {
+        if self.journals.is_some() {
+            let (events, due) = self.open.unwrap_or((0, now + self.sync));
+            self.open = Some((events + 1, due));
+        }
+    }
+
+    /// Whether events must be synced, or a failed writing be tried again.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.open.is_some_and(|(events, due)| events >= self.sync_events || now >= due)
+            || self.missions.values().any(|kept| kept.retry_at().is_some_and(|at| now >= at))
+    }
+
+    /// When that will be by the clock.
+    pub fn next_due(&self) -> Option<Instant> {
+        let retries = self.missions.values().filter_map(KeptMission::retry_at);
+        retries.chain(self.open.map(|(_, due)| due)).min()
+    }
+
+    /// Writes and syncs all that has happened. Returns the missions of which more is durable now; what cannot be
+    /// written waits, and the mission's health tells why.
+    pub fn sync(&mut self, vehicle: &mut Vehicle) -> Vec<String> {
+        self.write(vehicle, Instant::now(), false)
+    }
+
+    /// Writes the last, and checkpoints.
+    pub fn close(&mut self, vehicle: &mut Vehicle) {
+        self.write(vehicle, Instant::now(), true);
+        for (id, kept) in &mut self.missions {
+            if let Ok(mission) = vehicle.mission(Some(id)) {
+                kept.keep_checkpoint(mission);
+            }
+        }
+    }
+
+    fn write(&mut self, vehicle: &mut Vehicle, now: Instant, at_once: bool) -> Vec<String> {
+        self.open = None;
+        if self.journals.is_none() {
+            return Vec::new();
+        }
+        for unwritten in vehicle.take_unwritten() {
+            match self.missions.get_mut(&unwritten.mission) {
+                Some(kept) => kept.add(unwritten),
+                None => tracing::error!(mission = unwritten.mission, "a mission has no journal"),
+            }
+        }
+        let mut durable = Vec::new();
+        for (id, kept) in &mut self.missions {
+            let had_failed = kept.failure().is_some();
+            if kept.is_written() || (had_failed && !at_once && kept.retry_at().is_some_and(|at| now < at)) {
+                continue;
+            }
+            kept.write(now);
+            // A mission that is forgotten by now has nobody to be told.
+            if let Ok(mission) = vehicle.mission(Some(id)) {
+                tell(kept, mission, had_failed);
+                kept.follow(mission);
+            }
+            if kept.failure().is_none() {
+                durable.push(id.clone());
+            }
+        }
+        let is_kept = |id: &String| vehicle.mission_ids().any(|known| known == id);
+        self.missions.retain(|id, kept| !kept.is_written() || is_kept(id));
+        durable
+    }
+}
+
+/// Tells the mission how far it is durable, and in its health what is wrong.
+fn tell(kept: &KeptMission, mission: &mut Mission, had_failed: bool) {
+    let path = kept.path().display();
+    match kept.failure() {
+        None => {
+            mission.set_durable(kept.next_seq());
+            if had_failed {
+                tracing::info!(mission = mission.id(), journal = %path, "the journal is written again");
+                mission.set_concern("journal", None);
+            }
+        }
+        Some(error) => {
+            if !had_failed {
+                tracing::error!(mission = mission.id(), journal = %path, %error, "the journal cannot be written");
+            }
+            let finding = format!(
+                "the journal {path} cannot be written: {error}; what has come since is lost if pdnd ends now"
+            );
+            mission.set_concern("journal", Some(finding));
+        }
+    }
+}
+
+/// A number that no other journal has.
+fn identity() -> u64 {
+    getrandom::u64().unwrap_or_else(|_| {
+        // Without a source of chance the clock has to do: a journal's identity need only differ from its neighbours'.
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+    })
+}
+
+/// What the disk says, for a log line.
+pub fn advice(error: &JournalError) -> &'static str {
+    match error.code() {
+        Code::JournalDamaged => "save what is whole of it with: pdnd recover FILE",
+        _ => "mend it and start pdnd again",
+    }
+}

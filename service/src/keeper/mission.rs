@@ -1,0 +1,142 @@
+//! One mission's journal, what waits to be written to it, and its checkpoints.
+
+use pdn_state::Mission;
+use pdn_state::history::Record;
+use pdn_state::journal::{Journal, JournalError, MAX_GROUP_BYTES, MAX_GROUP_RECORDS, files};
+use pdn_state::vehicle::Unwritten;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// How long after a failure writing is tried again.
+const RETRY: Duration = Duration::from_secs(1);
+
+/// Records between checkpoints: a restart solves for no more than these, some 2,000 keyframes.
+const CHECKPOINT_EVERY: u64 = 8192;
+
+/// A mission that is kept.
+pub struct KeptMission {
+    path: PathBuf,
+    /// None after a failure, until it has been opened anew, and once the mission has ended.
+    journal: Option<Journal>,
+    /// Records that are known to be durable.
+    durable: u64,
+    /// What follows on them.
+    pending: Vec<Record>,
+    next_seq: u64,
+    last: bool,
+    checkpoint_at: u64,
+    failure: Option<(JournalError, Instant)>,
+}
+
+impl KeptMission {
+    /// A mission all of which is in its journal.
+    pub fn new(path: PathBuf, journal: Journal) -> KeptMission {
+        let durable = journal.len();
+        KeptMission {
+            path,
+            journal: Some(journal),
+            durable,
+            pending: Vec::new(),
+            next_seq: 0,
+            last: false,
+            checkpoint_at: durable,
+            failure: None,
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Why it cannot be written, if it cannot.
+    pub fn failure(&self) -> Option<&JournalError> {
+        self.failure.as_ref().map(|(error, _)| error)
+    }
+
+    /// When writing is tried again.
+    pub fn retry_at(&self) -> Option<Instant> {
+        self.failure.as_ref().map(|(_, at)| *at)
+    }
+
+    /// All events below are durable once nothing is pending.
+    pub fn next_seq(&self) -> u64 {
+        self.next_seq
+    }
+
+    /// Whether nothing waits.
+    pub fn is_written(&self) -> bool {
+        self.pending.is_empty()
+    }
+
+    /// Adds what has happened.
+    pub fn add(&mut self, unwritten: Unwritten) {
+        self.pending.extend(unwritten.records);
+        (self.next_seq, self.last) = (unwritten.next_seq, unwritten.last);
+    }
+
+    /// Writes all that waits; a failure is remembered.
+    pub fn write(&mut self, now: Instant) {
+        self.failure = self.try_to_write().err().map(|error| (error, now + RETRY));
+        if self.failure.is_some() {
+            self.journal = None;
+        }
+    }
+
+    fn try_to_write(&mut self) -> Result<(), JournalError> {
+        if self.journal.is_none() {
+            let journal = files::open(&self.path)?;
+            // What the failed writing has brought to the disk all the same is not written twice.
+            let written = journal.len().saturating_sub(self.durable) as usize;
+            self.pending.drain(..written.min(self.pending.len()));
+            self.durable = journal.len();
+            self.journal = Some(journal);
+        }
+        let Some(journal) = &mut self.journal else { return Ok(()) };
+        while !self.pending.is_empty() {
+            let group = group(&self.pending);
+            journal.append(&self.pending[..group])?;
+            self.pending.drain(..group);
+            self.durable = journal.len();
+        }
+        Ok(())
+    }
+
+    /// After writing: checkpoints now and then, and at the mission's end, when the journal is closed.
+    pub fn follow(&mut self, mission: &Mission) {
+        if self.failure.is_some() {
+            return;
+        }
+        if self.last || self.durable - self.checkpoint_at >= CHECKPOINT_EVERY {
+            self.keep_checkpoint(mission);
+        }
+        if self.last {
+            self.journal = None;
+        }
+    }
+
+    /// Writes a checkpoint beside the journal. It only spares time: without it recovery comes to the same.
+    pub fn keep_checkpoint(&mut self, mission: &Mission) {
+        let Some(journal) = self.journal.as_ref().filter(|_| self.durable > self.checkpoint_at) else {
+            return;
+        };
+        let Some(checkpoint) = mission.checkpoint() else { return };
+        self.checkpoint_at = self.durable;
+        let kept = checkpoint.to_bytes(journal).and_then(|bytes| files::keep_checkpoint(&self.path, &bytes));
+        if let Err(error) = kept {
+            tracing::warn!(
+                mission = mission.id(), journal = %self.path.display(), %error, "no checkpoint could be written"
+            );
+        }
+    }
+}
+
+/// How many of these records make one commit.
+fn group(records: &[Record]) -> usize {
+    let mut bytes = 0;
+    let fits = |record: &&Record| {
+        bytes += record.payload.len();
+        bytes <= MAX_GROUP_BYTES
+    };
+    records.iter().take(MAX_GROUP_RECORDS).take_while(fits).count().max(1)
+}

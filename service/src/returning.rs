@@ -1,0 +1,98 @@
+//! The vehicles of earlier runs, as their journals leave them.
+
+use crate::keeper::{Keeper, advice};
+use crate::settings::Settings;
+use crate::vehicle::now_ns;
+use pdn_schemas::ids::VehicleId;
+use pdn_state::journal::files::{self, Kept};
+use pdn_state::journal::{Journal, JournalError};
+use pdn_state::recovery::{Recovered, recover, recover_from};
+use pdn_state::{Absence, Vehicle};
+use std::time::Instant;
+
+/// A vehicle that has come back.
+pub struct Returned {
+    /// Its id.
+    pub id: VehicleId,
+    /// Its missions.
+    pub vehicle: Vehicle,
+    /// Their journals.
+    pub keeper: Keeper,
+}
+
+/// Recovers every vehicle below `state_dir`, in the order of their ids. Of each the latest `max_missions` missions come
+/// back; one whose journal cannot be read is told, and the others go on.
+///
+/// # Errors
+/// What the disk says of the directories.
+pub fn recover_all(settings: &Settings) -> Result<Vec<Returned>, JournalError> {
+    let Some(journals) = settings.journals() else { return Ok(Vec::new()) };
+    let mut all = Vec::new();
+    for id in journals.vehicles()? {
+        let kept = journals.missions(id.as_str())?;
+        if !kept.is_empty() {
+            all.push(recover_vehicle(id, &kept, settings));
+        }
+    }
+    Ok(all)
+}
+
+fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returned {
+    let limits = settings.limits();
+    let mut vehicle = Vehicle::kept(id.as_str(), limits);
+    let mut keeper = Keeper::new(id.clone(), settings);
+    let (forgotten, kept) = kept.split_at(kept.len().saturating_sub(limits.max_missions.max(1)));
+    forgotten.iter().for_each(|kept| vehicle.set_forgotten(&kept.mission, kept.ordinal));
+    kept.iter().for_each(|kept| vehicle.set_absent(&kept.mission, kept.ordinal, Absence::Reading));
+    for kept in kept {
+        let start = Instant::now();
+        let file = kept.path.display().to_string();
+        let taken = read(kept, id.as_str(), settings).and_then(|(recovered, journal)| {
+            let told = (recovered.passed_over.clone(), recovered.differs.clone(), journal.taken_over());
+            let error = |error: pdn_state::StateError| JournalError::Disk { cause: error.to_string() };
+            let mission = vehicle.take_up(recovered.mission, now_ns()).map_err(error)?;
+            Ok((mission.state(), journal, told))
+        });
+        match taken {
+            Ok((state, journal, (passed_over, differs, taken_over))) => {
+                if let Some(reason) = passed_over {
+                    tracing::warn!(vehicle = %id, journal = file, %reason, "a checkpoint was passed over");
+                }
+                if let Some(differs) = differs {
+                    tracing::warn!(vehicle = %id, journal = file, differs, "what is refused differs from what was");
+                }
+                let seconds = start.elapsed().as_secs_f64();
+                tracing::info!(
+                    vehicle = %id, mission = kept.mission, phase = ?state.phase, records = journal.len(),
+                    keyframes = state.keyframes, decisions = state.decisions, taken_over, seconds, "recovered"
+                );
+                keeper.go_on(&kept.mission, kept.path.clone(), journal);
+            }
+            Err(error) => {
+                tracing::error!(
+                    vehicle = %id, mission = kept.mission, journal = file, %error, advice = advice(&error),
+                    "a journal cannot be read; it is left as it is"
+                );
+                vehicle.set_absent(&kept.mission, kept.ordinal, Absence::Unreadable { file, error });
+            }
+        }
+    }
+    // That what was under way is held by now is part of the history.
+    keeper.sync(&mut vehicle);
+    Returned { id, vehicle, keeper }
+}
+
+fn read(kept: &Kept, vehicle: &str, settings: &Settings) -> Result<(Recovered, Journal), JournalError> {
+    let journal = files::open(&kept.path)?;
+    let limits = settings.limits();
+    let recovered = match files::checkpoint(&kept.path) {
+        Some(checkpoint) => recover_from(&journal, &checkpoint, limits)?,
+        None => recover(&journal, limits)?,
+    };
+    if recovered.vehicle != vehicle || recovered.mission.id() != kept.mission {
+        let what =
+            format!("it is of mission \"{}\" of vehicle \"{}\"", recovered.mission.id(), recovered.vehicle);
+        return Err(JournalError::Foreign { what });
+    }
+    Ok((recovered, journal))
+}
