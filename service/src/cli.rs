@@ -1,5 +1,7 @@
 //! What can be asked of the program, and how it ends.
 
+mod journal;
+
 use crate::settings::{self, Layers, Settings, SettingsError};
 use crate::state_dir::{StateDir, StateDirError};
 use crate::{health, serve, telemetry};
@@ -42,6 +44,12 @@ enum Command {
         #[arg(long, value_name = "MS", default_value_t = 3000)]
         timeout_ms: u64,
     },
+    /// Tell what a mission's journal says; exit code 1 if it is damaged
+    Journal(journal::Show),
+    /// Write what is whole of a damaged journal, up to its damage, to a new one
+    Recover(journal::Save),
+    /// Take every decision of a journal again and compare it bit for bit; exit code 1 if any differs
+    Replay(journal::Again),
 }
 
 #[derive(Debug, Args)]
@@ -75,9 +83,9 @@ struct Flags {
 const EXIT_CODES: &str = "\
 Exit codes:
   0  well
-  1  a failure while running, or no daemon is ready (health)
+  1  a failure while running, no daemon is ready (health), a journal is damaged, or a decision differs (replay)
   2  wrong usage or settings; nothing was started
-  3  an endpoint is in use or cannot be had, or the state directory cannot be used
+  3  an endpoint is in use or cannot be had, or the state directory or a journal cannot be used
 
 Every setting can stand in a file (--config), in the environment as PDN_<NAME>, or in --set; the later wins.";
 
@@ -124,6 +132,9 @@ pub fn run() -> ExitCode {
         Some(Command::CheckConfig { file }) => check(&cli.flags, file.as_ref()),
         Some(Command::Config { effective: false }) => print(&settings::document()),
         Some(Command::Config { effective: true }) => effective(&cli.flags),
+        Some(Command::Journal(arguments)) => journal::show(arguments),
+        Some(Command::Recover(arguments)) => journal::save(arguments),
+        Some(Command::Replay(arguments)) => journal::again(arguments),
         Some(Command::Health { timeout_ms }) => ask_health(&cli.flags, Duration::from_millis(*timeout_ms)),
     };
     let (code, message) = match done {

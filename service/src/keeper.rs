@@ -200,7 +200,7 @@ fn tell(kept: &KeptMission, mission: &mut Mission, had_failed: bool) {
 }
 
 /// A number that no other journal has.
-fn identity() -> u64 {
+pub fn identity() -> u64 {
     getrandom::u64().unwrap_or_else(|_| {
         // Without a source of chance the clock has to do: a journal's identity need only differ from its neighbours'.
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();

@@ -4,8 +4,8 @@
 //! `serve` (its phases from start to end, `stop` when the end begins), `returning` (vehicles of earlier runs), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
 //! vehicle), `keeper` (its journals), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
 //!
-//! Exit codes: 0 well; 1 a failure while running, or `pdnd health` found no ready daemon; 2 wrong usage or
-//! settings; 3 an endpoint or the state directory is not to be had.
+//! Exit codes: 0 well; 1 a failure while running, `pdnd health` found no ready daemon, a journal is damaged or a decision
+//! comes out otherwise; 2 wrong usage or settings; 3 an endpoint, the state directory or a journal is not to be had.
 
 mod cli;
 mod settings;

@@ -66,6 +66,24 @@ impl Entry {
         }
     }
 
+    /// What it says, in either format of the contract.
+    ///
+    /// # Errors
+    /// As [`Entry::record`].
+    pub fn content(&self, format: Format) -> Result<Vec<u8>, CodecError> {
+        match self {
+            Entry::Event(Event::Keyframe(message)) => encode(message, format),
+            Entry::Event(Event::Factor(message)) => encode(message, format),
+            Entry::Event(Event::Link(message)) => encode(message, format),
+            Entry::Event(Event::Undecodable(event)) => encode(&unread(event), format),
+            Entry::Configured(message) => encode(message.as_ref(), format),
+            Entry::Refused(message) | Entry::TurnedAway(message) => encode(message, format),
+            Entry::Command(message) => encode(message, format),
+            Entry::Decided(message) => encode(message.as_ref(), format),
+            Entry::Reopened(message) => encode(message, format),
+        }
+    }
+
     /// The entry of these bytes.
     ///
     /// # Errors
@@ -94,15 +112,16 @@ pub(crate) fn event_record(event: &Event) -> Result<Record, CodecError> {
         Event::Keyframe(message) => of(kind, message),
         Event::Factor(message) => of(kind, message),
         Event::Link(message) => of(kind, message),
-        Event::Undecodable(event) => {
-            let message = UnreadEvent {
-                mission: event.mission.clone(),
-                seq: event.seq,
-                code: event.code.name().to_owned(),
-                message: event.message.clone(),
-            };
-            of(kind, &message)
-        }
+        Event::Undecodable(event) => of(kind, &unread(event)),
+    }
+}
+
+fn unread(event: &Undecodable) -> UnreadEvent {
+    UnreadEvent {
+        mission: event.mission.clone(),
+        seq: event.seq,
+        code: event.code.name().to_owned(),
+        message: event.message.clone(),
     }
 }
 
