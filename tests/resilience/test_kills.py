@@ -22,7 +22,7 @@ from survey import config, fly
 
 Json = dict[str, Any]
 DECIDE_EVERY = 30
-BATCH = 12
+BATCH = 7
 
 
 @dataclass
@@ -119,12 +119,20 @@ class Mission:
             if until == decide_at + 1:
                 self.decide(ask, until - 1)
             ask("rpc/mission", after=until - 1, mission=self.script.mission)
-            status = ask("rpc/ingest", mission=self.script.mission)
-            self.durable = max(self.durable, status["durable_seq"])
-            next_seq = status["next_seq"]
+            next_seq = self.ingested(ask, until if next_seq % 2 else 0)
         if state["phase"] != "completed":
             ask.once("op/complete", {"reason": "all is photographed"}, "illegal_transition")
         self.completed = True
+
+    def ingested(self, ask: "Asking", durable: int) -> int:
+        """The next event once those below `durable` are durable; remembers what the daemon has promised."""
+        end = time.monotonic() + 30.0
+        while True:
+            status = ask("rpc/ingest", mission=self.script.mission)
+            self.durable = max(self.durable, status["durable_seq"])
+            if status["durable_seq"] >= durable:
+                return int(status["next_seq"])
+            assert time.monotonic() < end, f"{status}, but {durable} should be durable"
 
     def decide(self, ask: "Asking", after: int) -> None:
         decision = ask("rpc/decision", after=after, detail="full", mission=self.script.mission)
