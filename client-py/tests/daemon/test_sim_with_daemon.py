@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import json
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -97,3 +99,28 @@ def test_the_command_leaves_a_run(daemon: Daemon, tmp_path: Path) -> None:
     result = json.loads(done.output)
     assert result == json.loads(out.read_text())["result"]
     assert (result["scenario"], result["policy"], result["seed"]) == ("seafloor", "pdn", 1)
+
+
+@pytest.mark.timeout(300)
+def test_a_vehicle_waits_while_its_mission_is_held_and_flies_on_as_if_nothing_had_been(
+    daemon: Daemon,
+) -> None:
+    """The daemon is killed in the middle of a mission, comes back with it held, and an operator resumes."""
+    expected = fly(daemon, STRICT, "calm", "pdn")
+    flown: list[Run] = []
+    vehicle = threading.Thread(target=lambda: flown.append(fly(daemon, STRICT, "disturbed", "pdn")))
+    vehicle.start()
+    with connect("sim", daemon.endpoint) as operator:
+        end = time.monotonic() + 60.0
+        while operator.mission().mission != "disturbed" or operator.mission().keyframes < 60:
+            assert time.monotonic() < end
+    daemon.kill()
+    daemon.start()
+    with connect("sim", daemon.endpoint) as operator:
+        state = operator.mission()
+        assert (state.mission, state.phase) == ("disturbed", "held")
+        operator.resume("the power is back")
+    vehicle.join(120.0)
+    assert flown, "the vehicle has not landed"
+    assert comparable(flown[0]) == comparable(expected)
+    assert flown[0].result.decisions == expected.result.decisions

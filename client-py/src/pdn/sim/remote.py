@@ -9,7 +9,15 @@ from contextlib import contextmanager, suppress
 import numpy as np
 
 from pdn import wire
-from pdn.client import Client, MissionStream, NotAllowed, PdnError, Refused, Timeout
+from pdn.client import (
+    Client,
+    IllegalTransition,
+    MissionStream,
+    NotAllowed,
+    PdnError,
+    Refused,
+    Timeout,
+)
 from pdn.sim.flight import mission_config
 from pdn.sim.planner import Advice, Fix
 from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
@@ -17,7 +25,7 @@ from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Pose, quaternion_of
 
 POLL_S = 0.2
-"""How often an awaited mission is looked for."""
+"""How often an awaited mission, or one that is paused or held, is looked at."""
 
 
 @contextmanager
@@ -137,8 +145,8 @@ class RemotePlanner:
         return [from_wire(keyframe.pose) for keyframe in graph.keyframes]
 
     def decide(self) -> Advice:
-        """See ``Planner``."""
-        decision = self._client.decision(after=self._seq, detail="choice", mission=self._stream.mission)
+        """See ``Planner``. While the mission is paused or held the vehicle stays where it is."""
+        decision = self._decision()
         action = decision.action
         exploring = decision.exploration.uncertainty
         if not isinstance(action, wire.Action.Revisit):
@@ -146,6 +154,16 @@ class RemotePlanner:
         chosen = next(c for c in decision.candidates if c.candidate == action.candidate)
         route = tuple(from_wire(pose) for pose in chosen.poses or ())
         return Advice(action.keyframe, route, exploring, len(decision.candidates))
+
+    def _decision(self) -> wire.Decision:
+        while True:
+            try:
+                return self._client.decision(after=self._seq, detail="choice", mission=self._stream.mission)
+            except IllegalTransition:
+                state = self._client.mission(mission=self._stream.mission)
+                if state.phase not in (wire.Phase.PAUSED, wire.Phase.HELD, wire.Phase.RUNNING):
+                    raise
+                time.sleep(POLL_S)
 
     def refused(self) -> list[str]:
         """See ``Planner``."""
