@@ -1,4 +1,6 @@
-//! `schemas/keys.md`, `schemas/errors.md` and `schemas/messages.md`.
+//! `schemas/keys.md`, `schemas/errors.md`, `schemas/messages.md` and `schemas/journal.md`.
+
+mod journal;
 
 use crate::contract::{Content, Contract, Field, Shape};
 use crate::files::{Files, MEND};
@@ -14,6 +16,7 @@ pub fn add(contract: &Contract, files: &mut Files) {
     files.add("schemas/keys.md", keys());
     files.add("schemas/errors.md", errors());
     files.add("schemas/messages.md", messages(contract));
+    files.add("schemas/journal.md", journal::journal());
 }
 
 fn head(title: &str) -> String {
