@@ -153,7 +153,8 @@ class Asking:
         while True:
             try:
                 return self.vehicle.ask(key, payload, timeout_s=1.0, **parameters)
-            except (AssertionError, zenoh.ZError):
+            except (AssertionError, zenoh.ZError, json.JSONDecodeError):
+                # No answer, no link, or the word of a router that the daemon has gone.
                 if self.life.process.poll() is not None:
                     raise Died from None
                 assert time.monotonic() < end, f"{key} is not answered"
