@@ -3,12 +3,12 @@
 
 use super::{Failure, print};
 use crate::keeper::{advice, identity};
-use clap::Args;
-use pdn_schemas::codec::Format;
+use clap::{Args, ValueEnum};
+use pdn_schemas::codec::{Format, encode};
 use pdn_state::journal::{Journal, JournalError, files};
 use pdn_state::recovery::recover_from;
 use pdn_state::replay::{self, Replayed, Report, Verdict, place};
-use pdn_state::{Entry, Limits, WhatIf};
+use pdn_state::{Entry, Limits, Mission, WhatIf};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -22,6 +22,22 @@ pub struct Show {
     /// Every record as one line of JSON: {"record": number, "kind": name, "content": message}
     #[arg(long)]
     json: bool,
+    /// What rpc/<NAME> would answer at the end of the journal, as JSON
+    #[arg(long, value_enum, value_name = "NAME", conflicts_with = "json")]
+    answer: Option<Question>,
+}
+
+/// What can be asked of the mission as a journal leaves it.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Question {
+    /// Phase, robot, counts
+    Mission,
+    /// Every keyframe with its estimate and covariance
+    Graph,
+    /// The rasters of the target
+    Coverage,
+    /// The table of P_L
+    LinkModel,
 }
 
 /// What `pdnd recover` takes.
@@ -54,7 +70,11 @@ pub struct Again {
 /// Tells what a journal says.
 pub fn show(arguments: &Show) -> Result<(), Failure> {
     let journal = view(&arguments.file)?;
-    if arguments.json { records(&arguments.file, &journal) } else { summary(&arguments.file, &journal) }
+    match arguments.answer {
+        Some(question) => answer(question, &arguments.file, &journal),
+        None if arguments.json => records(&arguments.file, &journal),
+        None => summary(&arguments.file, &journal),
+    }
 }
 
 /// Saves what is left of a damaged journal.
@@ -165,6 +185,29 @@ fn records(file: &Path, journal: &Journal) -> Result<(), Failure> {
     written(out.flush()).map(drop)
 }
 
+fn answer(question: Question, file: &Path, journal: &Journal) -> Result<(), Failure> {
+    let mut mission = recovered(file, journal)?;
+    let failed = |error: String| Failure::Running(format!("{}: {error}", file.display()));
+    let told = match question {
+        Question::Mission => encode(&mission.state(), Format::Json),
+        Question::Graph => {
+            let graph = mission.begin_graph(None, true).run().map_err(|error| failed(error.to_string()))?;
+            encode(&graph, Format::Json)
+        }
+        Question::Coverage => encode(&mission.coverage(), Format::Json),
+        Question::LinkModel => encode(&mission.link_model(), Format::Json),
+    };
+    let text = told.map(String::from_utf8).map_err(|error| failed(error.to_string()))?;
+    print(&format!("{}\n", text.map_err(|error| failed(error.to_string()))?))
+}
+
+/// The mission as the journal leaves it.
+fn recovered(file: &Path, journal: &Journal) -> Result<Mission, Failure> {
+    let checkpoint = files::checkpoint(file);
+    let recovered = recover_from(journal, checkpoint.as_deref().unwrap_or_default(), Limits::default());
+    Ok(recovered.map_err(|error| told(file, &error))?.mission)
+}
+
 fn summary(file: &Path, journal: &Journal) -> Result<(), Failure> {
     let header = journal.header();
     let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
@@ -172,10 +215,7 @@ fn summary(file: &Path, journal: &Journal) -> Result<(), Failure> {
         let (_, record) = read.map_err(|error| told(file, &error))?;
         *kinds.entry(record.kind.name()).or_default() += 1;
     }
-    let checkpoint = files::checkpoint(file);
-    let recovered = recover_from(journal, checkpoint.as_deref().unwrap_or_default(), Limits::default());
-    let mut mission = recovered.map_err(|error| told(file, &error))?.mission;
-    let state = mission.state();
+    let state = recovered(file, journal)?.state();
     let counts: Vec<String> = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
     print(&format!(
         "vehicle     {}\nmission     {}\nwritten by  {}, journal {:016x}\nrecords     {}, all whole: {}\n\

@@ -44,6 +44,10 @@ fn generated() -> Files {
     let mut files = Files::new(&["schemas/generated/golden", "schemas/generated/json-schema"]);
     files.add("schemas/generated/registry.json", contract.registry_json());
     for (message, schema) in contract.json_schemas() {
+        if message == "Decision" {
+            // What `pdn export` writes beside the decisions.
+            files.add("client-py/src/pdn/wire/Decision.json", schema.clone());
+        }
         files.add(format!("schemas/generated/json-schema/{message}.json"), schema);
     }
     golden::add_vectors(&mut files);

@@ -1,0 +1,84 @@
+"""A mission's journal, read through the daemon's own program."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .failures import CommandFailed
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Record:
+    """One record: what it is, and the message as on the wire."""
+
+    number: int
+    kind: str
+    content: Json
+    at_ns: int
+    """Its own time, or that of the record before: stamps are the sender's, those of commands the daemon's."""
+
+
+@dataclass(frozen=True)
+class Journal:
+    """All records, and what the mission came to."""
+
+    path: Path
+    records: list[Record]
+    graph: Json
+    """As `rpc/graph` answers at the end: keyframes with estimates and covariances."""
+    coverage: Json
+    """As `rpc/coverage` answers at the end."""
+    refused: frozenset[int] = field(default_factory=frozenset)
+    """Numbers of events that changed nothing."""
+
+    @property
+    def configured(self) -> Json:
+        """The configuration that counts: the last one."""
+        return [record.content for record in self.of("configured")][-1]
+
+    def of(self, *kinds: str) -> list[Record]:
+        """The records of these kinds, without events that were refused."""
+        return [
+            record
+            for record in self.records
+            if record.kind in kinds and record.content.get("seq") not in self.refused
+        ]
+
+
+def read_journal(path: Path, program: Path) -> Journal:
+    """Reads a whole journal; raises ``CommandFailed`` with the program's own words."""
+    if not path.is_file():
+        raise CommandFailed(f"there is no journal {path}")
+    lines = _ask(program, path, "--json").splitlines()
+    records: list[Record] = []
+    at_ns = 0
+    for line in lines:
+        read = json.loads(line)
+        content = read["content"]
+        at_ns = int(content.get("stamp_ns") or content.get("at_ns") or at_ns)
+        records.append(Record(read["record"], read["kind"], content, at_ns))
+    refused = frozenset(record.content["seq"] for record in records if record.kind == "refused")
+    graph = json.loads(_ask(program, path, "--answer", "graph"))
+    coverage = json.loads(_ask(program, path, "--answer", "coverage"))
+    return Journal(path, records, graph, coverage, refused)
+
+
+def _ask(program: Path, path: Path, *arguments: str) -> str:
+    found = shutil.which(str(program))
+    if found is None:
+        raise CommandFailed(
+            f"the daemon's program {program} is not there; name it with --pdnd or PDND_BINARY"
+        )
+    done = subprocess.run(
+        [found, "journal", str(path), *arguments], capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise CommandFailed(done.stderr.strip().removeprefix("pdnd: ") or f"{program} failed on {path}")
+    return done.stdout

@@ -1,0 +1,115 @@
+"""A mission's journal in the formats of other tools, read back with their own readers."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from running import Daemon
+from typer.testing import CliRunner
+
+from pdn.cli import build
+from pdn.client import connect
+from pdn.console.g2o import read_g2o
+from pdn.sim import flight, remote, scenario_file
+from pdn.sim.record import Run
+
+FLOOR = scenario_file.load("seafloor")
+STRICT = dataclasses.replace(
+    FLOOR,
+    survey=dataclasses.replace(FLOOR.survey, lines=4),
+    config={**FLOOR.config, "allowable": {**FLOOR.config["allowable"], "x_m": 0.11, "y_m": 0.11}},
+)
+
+
+@pytest.fixture
+def flown(daemon: Daemon) -> tuple[Path, Run]:
+    """The journal of a mission with detours, and what the simulator says of it."""
+    with connect("sim", daemon.endpoint) as client, remote.mission(client, STRICT, "strict", 1.0) as planner:
+        run = flight.fly(STRICT, "pdn", 1.0, 1, planner)
+    daemon.kill()
+    (journal,) = (daemon.folder / "state" / "sim").glob("*.redb")
+    return journal, run
+
+
+def exported(journal: Path, daemon: Daemon, *arguments: str) -> Any:
+    command = ["export", str(journal), "--pdnd", str(daemon.binary), "--json", *arguments]
+    done = CliRunner().invoke(build(), command)
+    assert done.exit_code == 0, done.output
+    return json.loads(done.output)
+
+
+@pytest.mark.timeout(300)
+def test_a_mission_is_exported_and_read_back(daemon: Daemon, flown: tuple[Path, Run], tmp_path: Path) -> None:
+    journal, run = flown
+    mcap, tables, g2o = tmp_path / "m.mcap", tmp_path / "tables", tmp_path / "m.g2o"
+    exported(journal, daemon, "--mcap", str(mcap), "--csv", str(tables), "--g2o", str(g2o))
+    keyframes = len(run.course.uncertainty)
+
+    rows = {path.stem: list(csv.DictReader(path.open(encoding="utf-8"))) for path in tables.glob("*.csv")}
+    assert len(rows["keyframes"]) == keyframes
+    assert len(rows["decisions"]) == run.result.decisions
+    revisits = [row for row in rows["decisions"] if row["action"] == "revisit"]
+    assert [int(row["keyframe"]) for row in revisits] == [detour["waypoint"] for detour in run.detours]
+    assert [row["command"] for row in rows["commands"]] == ["configure", "start", "complete"]
+    chosen = {row["decision"] for row in revisits}
+    assert chosen <= {row["decision"] for row in rows["candidates"]}
+    assert all(float(row["sigma_x_m"]) > 0 for row in rows["keyframes"])
+
+    graph = read_g2o(g2o)
+    assert len(graph.vertices) == keyframes
+    steps = {(edge.from_, edge.to): edge for edge in graph.edges}
+    assert len(steps) == keyframes - 1
+    # A step is what the odometry said, to the last digit; the estimates differ from it by what links pull.
+    first = steps[(0, 1)].covariance
+    np.testing.assert_allclose(first, first.T, rtol=1e-9)
+
+    with mcap.open("rb") as file:
+        messages = [
+            (schema.name, channel.topic, message.log_time, json.loads(message.data))
+            for schema, channel, message in make_reader(file).iter_messages()
+        ]
+    times = [time for _, _, time, _ in messages]
+    assert times == sorted(times)
+    by_topic: dict[str, list[Any]] = {}
+    for schema, topic, _, content in messages:
+        by_topic.setdefault(f"{topic} {schema}", []).append(content)
+    assert len(by_topic["/pdn/robot foxglove.PoseInFrame"]) == keyframes
+    decisions = by_topic["/pdn/decision pdn.v1.Decision"]
+    assert [decision["decision"] for decision in decisions] == list(range(run.result.decisions))
+    (coverage,) = by_topic["/pdn/coverage foxglove.SceneUpdate"]
+    corners = np.array(
+        [
+            [point[axis] for axis in "xyz"]
+            for triangles in coverage["entities"][0]["triangles"]
+            for point in triangles["points"]
+        ]
+    ).reshape(-1, 3, 3)
+    sides = corners[:, 1:] - corners[:, :1]
+    area_m2 = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    assert area_m2 == pytest.approx(run.result.covered_believed_m2, rel=1e-3)
+    paths = by_topic["/pdn/candidates foxglove.SceneUpdate"]
+    longest = max(len(line["points"]) for path in paths for line in path["entities"][0]["lines"])
+    assert longest > 1
+
+
+def test_what_cannot_be_exported_is_told(daemon: Daemon, tmp_path: Path) -> None:
+    runner = CliRunner()
+    nothing = runner.invoke(build(), ["export", str(tmp_path / "none.redb")])
+    assert nothing.exit_code == 1
+    assert "give --mcap, --csv or --g2o" in nothing.output + nothing.stderr
+    missing = runner.invoke(build(), ["export", str(tmp_path / "none.redb"), "--csv", str(tmp_path)])
+    assert missing.exit_code == 1
+    assert "there is no journal" in missing.stderr
+    foreign = tmp_path / "foreign.redb"
+    foreign.write_text("#!/bin/sh\n" * 1000)
+    command = ["export", str(foreign), "--csv", str(tmp_path), "--pdnd", str(daemon.binary)]
+    refused = runner.invoke(build(), command)
+    assert refused.exit_code == 1
+    assert str(foreign) in refused.stderr
