@@ -147,7 +147,7 @@ pub struct DecisionTaken {
     pub basis: u64,
     /// Whether poses, links and the table of link probabilities were asked for.
     pub full: bool,
-    /// Whether candidates could be left out where exploring is certain without them.
+    /// Whether only the best candidate was asked for, and none where exploring is certain.
     pub choice_only: bool,
     /// Version of the software.
     pub software: String,

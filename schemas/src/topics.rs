@@ -82,8 +82,8 @@ pub const COMMON_PARAMETERS: &[Parameter] = &[
 const AFTER: Parameter = parameter("after", "answer once the event of this number is applied");
 const DETAIL: Parameter = parameter(
     "detail",
-    "`full` adds `poses`, `links` and the table of link probabilities; `choice` is `full` without the candidates \
-     where exploring is certain, below the allowance; default `brief`",
+    "`full` adds `poses`, `links` and the table of link probabilities; `choice` is `full` with the best \
+     candidate alone, and none where exploring is certain, below the allowance; default `brief`",
 );
 const ALPHA: Parameter = parameter("alpha", "what if: weight of the uncertainty, in [0, 1]");
 const SIGMA_XY: Parameter = parameter("sigma_xy_m", "what if: allowance north and east, m");

@@ -84,7 +84,7 @@ impl Keeper {
         let Ok(mission) = vehicle.mission(mission).map(|mission| mission.id().to_owned()) else {
             return Ok(()); // which is told by whoever asks for it
         };
-        if !self.missions.get(&mission).is_some_and(|kept| kept.failure().is_some()) {
+        if self.missions.get(&mission).is_none_or(|kept| kept.failure().is_none()) {
             return Ok(());
         }
         self.write(vehicle, Instant::now(), true);

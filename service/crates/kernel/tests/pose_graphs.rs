@@ -4,6 +4,7 @@
 mod g2o;
 mod support;
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use nalgebra::Matrix6;
@@ -41,8 +42,10 @@ fn reaches_the_published_optimum(name: &str, settings: SmootherSettings) {
         (folder.join(format!("{name}.g2o")), folder.join(format!("expected/{name}.json")));
     let (Ok(graph), Ok(expected)) = (std::fs::read_to_string(&graph), std::fs::read_to_string(&expected))
     else {
-        println!(
-            "skipped: {} and {} are needed; PDN_SHARED names the folder above data/",
+        // Past the test's capture: a test that has tried nothing must not pass in silence.
+        let _ = writeln!(
+            std::io::stderr(),
+            "skipped {name}: needs {} and {}; PDN_SHARED names the folder above data/",
             graph.display(),
             expected.display()
         );

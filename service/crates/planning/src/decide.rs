@@ -1,6 +1,7 @@
 //! Explore or revisit? The algorithm of the paper, from its steps [PDN12, III].
 
 use crate::belief::{expect_all, expect_exploration};
+use crate::bound::{Best, best};
 use crate::candidate::candidates;
 use crate::decision::{Decision, Evaluation, Question, Robot};
 use crate::error::PlanningError;
@@ -16,8 +17,8 @@ use nalgebra::Vector3;
 ///
 /// The same snapshot and question give the same bits at any number of threads in `pool`. `stop` is asked before
 /// each candidate; once it says so the rest is listed in `not_evaluated`, and the choice is the best of what was
-/// evaluated. Without keyframes to revisit the decision is to explore. A question for the choice alone has no
-/// candidates where exploring is certain.
+/// evaluated. Without keyframes to revisit the decision is to explore. A question for the choice alone has the best
+/// candidate and no other, and none where exploring is certain.
 ///
 /// # Errors
 /// [`PlanningError::OutOfRange`] for an alpha outside [0, 1] or an allowance that is not positive;
@@ -36,11 +37,18 @@ pub fn decide(
     let goals = if certain { Vec::new() } else { goals(snapshot)? }; // III.B
     let trips = goals.iter().zip(0..).map(|((_, route), index)| along_route(snapshot, route, index)); // III.C
     let trips = trips.collect::<Result<Vec<RoundTrip>, _>>()?;
-    let beliefs = expect_all(snapshot, &trips, pool, stop)?; // eqs. 1 to 4
+    let (beliefs, judged) = if question.choice_only {
+        let Best { beliefs, judged, .. } = best(snapshot, &scale, &trips, pool, stop)?;
+        (beliefs, judged)
+    } else {
+        let beliefs = expect_all(snapshot, &trips, pool, stop)?; // eqs. 1 to 4
+        let judged = beliefs.iter().map(Option::is_some).collect();
+        (beliefs, judged)
+    };
 
     let revisits = goals.iter().map(|(waypoint, _)| Some(*waypoint)).zip(&trips).zip(&beliefs);
     let candidates = candidates(snapshot, &scale, &exploration, revisits)?; // eqs. 5 to 8, k > 0
-    let unfinished = goals.iter().zip(&beliefs).filter(|(_, belief)| belief.is_none());
+    let unfinished = goals.iter().zip(&judged).filter(|(_, judged)| !**judged);
     let not_evaluated: Vec<u64> = unfinished.map(|((waypoint, _), _)| waypoint.keyframe).collect();
 
     let action = choose(&exploration, &candidates); // eq. 9

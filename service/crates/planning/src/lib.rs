@@ -29,6 +29,7 @@ pub mod route;
 pub mod registration;
 
 pub mod belief;
+mod bound;
 
 pub mod coverage;
 

@@ -18,7 +18,7 @@ pub struct DecisionRequest {
     pub what_if: WhatIf,
     /// Whether poses, links and the table of P_L come with it (`detail=full`).
     pub full: bool,
-    /// Whether candidates may be left out where exploring is certain without them (`detail=choice`).
+    /// Whether only the best candidate is told, and none where exploring is certain (`detail=choice`).
     pub choice_only: bool,
 }
 

@@ -49,7 +49,9 @@ fn in_phase(phase: Phase) -> Vehicle {
     for event in &script("m").events[..10] {
         assert_eq!(vehicle.offer(event.clone()).refused, vec![]);
     }
-    way.iter().for_each(|&operation| drop(vehicle.command(None, operation, "", 2).expect("a legal path")));
+    for &operation in way {
+        vehicle.command(None, operation, "", 2).expect("a legal path");
+    }
     assert_eq!(vehicle.mission(None).expect("a mission").phase(), phase);
     vehicle
 }
@@ -125,7 +127,7 @@ fn every_event_question_and_configuration_in_every_phase() {
         assert_eq!(code(&decision), expected, "{phase:?}");
         let what_if = WhatIf { alpha: Some(0.5), ..WhatIf::default() };
         let what_if = DecisionRequest { what_if, ..DecisionRequest::default() };
-        assert_eq!(code(&mission.begin_decision(what_if.clone()).map(drop)), None, "{phase:?}");
+        assert_eq!(code(&mission.begin_decision(what_if).map(drop)), None, "{phase:?}");
         let path = vec![vec![support::place(1)]];
         assert_eq!(code(&mission.begin_evaluate(path, what_if).map(drop)), None, "{phase:?}");
         assert_eq!(code(&mission.begin_waypoints().map(drop)), None, "{phase:?}");

@@ -2,7 +2,9 @@
 
 use crate::mission::{Mission, settings};
 use pdn_planning::decide::{decide, evaluate_paths};
-use pdn_planning::{Action, Allowable, Decision, PlanningError, Question, Saliency, Snapshot, waypoints};
+use pdn_planning::{
+    Action, Allowable, Candidate, Decision, PlanningError, Question, Saliency, Snapshot, waypoints,
+};
 use rayon::ThreadPool;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -108,8 +110,46 @@ fn the_choice_alone_is_the_same_choice() {
         assert_eq!((alone.action, &alone.reason), (whole.action, &whole.reason));
         assert_eq!(alone.exploration, whole.exploration);
         assert!(alone.complete);
-        assert_eq!(alone.candidates, if certain { Vec::new() } else { whole.candidates });
+        assert_eq!(alone.candidates, if certain { Vec::new() } else { vec![best(&whole)] });
     }
+}
+
+/// The candidate of the least penalty, ties to the lower number.
+fn best(decision: &Decision) -> Candidate {
+    let by_penalty = |one: &&Candidate, other: &&Candidate| one.penalty.total_cmp(&other.penalty);
+    decision.candidates.iter().min_by(by_penalty).expect("there are candidates").clone()
+}
+
+/// Branch and bound leaves out what cannot be chosen, and nothing else: the choice and every number of the best
+/// candidate are those of evaluating all, bit for bit, for whatever is weighed and at any number of threads.
+#[test]
+fn the_choice_alone_is_that_of_evaluating_all_whatever_is_weighed() {
+    let (mut explored, mut revisited) = (0, 0);
+    for (lines, per_line, salient_every) in [(4, 30, 3), (5, 24, 4), (6, 40, 2), (8, 30, 3)] {
+        let snapshot = Mission::survey(lines, per_line, salient_every).snapshot;
+        for (step, sigma) in [0.7, 1.0, 1.4].into_iter().enumerate() {
+            let allowable = Allowable { x_m: sigma * tight().x_m, y_m: sigma * tight().y_m, ..tight() };
+            for weight in 0..=10 {
+                let alpha = Some(f64::from(weight) / 10.0);
+                let whole = Question { alpha, allowable: Some(allowable), choice_only: false };
+                let threads = 1 + (step + weight as usize) % 3;
+                let alone = ask(&snapshot, &Question { choice_only: true, ..whole }, threads);
+                let whole = ask(&snapshot, &whole, 1);
+                assert_eq!((alone.action, &alone.exploration), (whole.action, &whole.exploration));
+                assert!(alone.complete);
+                let certain = whole.exploration.uncertainty == 0.0;
+                if !certain && !whole.candidates.is_empty() {
+                    assert_eq!(alone.candidates, [best(&whole)]);
+                }
+                match whole.action {
+                    Action::Explore => explored += 1,
+                    Action::Revisit { .. } => revisited += 1,
+                }
+            }
+        }
+    }
+    println!("explored {explored}, revisited {revisited}");
+    assert!(explored > 10 && revisited > 10, "{explored} {revisited}");
 }
 
 #[test]

@@ -1,0 +1,70 @@
+//! The best revisit without all that is told of each: branch and bound.
+//!
+//! C^k = alpha U^k + (1 - alpha) A^k \[PDN12, eq. 7\] with U^k > 0, and A^k is known from the path's length alone. So C^k is no
+//! less than (1 - alpha) A^k, in floating point too, since rounding is monotone. Trips are taken nearest first, in batches
+//! of a fixed size, and one whose bound is above the least penalty found cannot be chosen: the choice is that of evaluating
+//! all, bit for bit. Of those that are evaluated only Sigma_nn is, which is a quarter of the work.
+
+use crate::belief::{Belief, expect_all, terminals};
+use crate::error::PlanningError;
+use crate::reward::Scale;
+use crate::round_trip::RoundTrip;
+use crate::snapshot::Snapshot;
+
+/// Trips that are evaluated at once: two groups that share beginnings. It does not depend on the number of threads, and so
+/// neither does what is evaluated.
+const BATCH: usize = 16;
+
+/// What was found of trips among which one was sought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Best {
+    /// In the order of the trips: everything of the best one, nothing of the others.
+    pub beliefs: Vec<Option<Belief>>,
+    /// In the order of the trips: whether it is known that another one is better, or that it is the best.
+    pub judged: Vec<bool>,
+    /// Trips of which Sigma_nn was found.
+    pub evaluated: usize,
+}
+
+/// The trip of the least penalty, ties to the first. `stop` as in [`expect_all`]; once it has said so the best is that
+/// of those evaluated.
+///
+/// # Errors
+/// As [`expect_all`], and the kernel's if an expected covariance is not positive definite.
+pub fn best(
+    snapshot: &Snapshot,
+    scale: &Scale,
+    trips: &[RoundTrip],
+    pool: &rayon::ThreadPool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Best, PlanningError> {
+    let area = |index: usize| scale.detour(trips[index].one_way_m).area;
+    let least_penalty = |index: usize| scale.penalty(0.0, area(index));
+    let mut order: Vec<usize> = (0..trips.len()).collect();
+    order.sort_by(|&one, &other| least_penalty(one).total_cmp(&least_penalty(other)).then(one.cmp(&other)));
+
+    let (mut found, mut judged, mut evaluated): (Option<(f64, usize)>, _, _) =
+        (None, vec![false; trips.len()], 0);
+    for batch in order.chunks(BATCH) {
+        let can_win = |index: usize| found.is_none_or(|(least, _)| least_penalty(index) <= least);
+        let batch: Vec<usize> =
+            batch.iter().copied().inspect(|&index| judged[index] = !can_win(index)).collect();
+        let open: Vec<usize> = batch.into_iter().filter(|&index| !judged[index]).collect();
+        let asked: Vec<&RoundTrip> = open.iter().map(|&index| &trips[index]).collect();
+        for (index, terminal) in open.into_iter().zip(terminals(snapshot, &asked, pool, stop)?) {
+            let Some(terminal) = terminal else { continue };
+            let penalty = scale.penalty(scale.uncertainty_ratio(&terminal)?, area(index));
+            (judged[index], evaluated) = (true, evaluated + 1);
+            if found.is_none_or(|(least, first)| penalty < least || (penalty == least && index < first)) {
+                found = Some((penalty, index));
+            }
+        }
+    }
+    let mut beliefs = vec![None; trips.len()];
+    if let Some((_, index)) = found {
+        // It has been evaluated in time; what is told of it beside is not stopped.
+        let told = expect_all(snapshot, std::slice::from_ref(&trips[index]), pool, &|| false)?;
+        beliefs[index] = told.into_iter().next().flatten();
+    }
+    Ok(Best { beliefs, judged, evaluated })
+}
