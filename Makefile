@@ -35,6 +35,8 @@ test: ## Everything that a change must pass
 	$(call say,All passed)
 
 torture: build $(VENV)/.ready ## The long form of the tests of faults, some minutes to an hour
+	PDN_TORTURE=1 $(CARGO) test --release --locked -p pdn-state --test crashes --test checkpoint -- --nocapture
+	PDN_FUZZ_INPUTS=10000000 $(CARGO) test --release --locked -p pdn-schemas -p pdn-state --test malformed -- --nocapture
 	cd tests && ../$(PY) -m pytest -q -rs -s -m torture
 
 bench: $(VENV)/.ready ## Measure pdn beside GTSAM and CHOLMOD; GRID=quick or full, README=1 fills tests/perf/README.md

@@ -1,8 +1,8 @@
 //! Keeps the histories of a vehicle's missions, each in its journal: nothing is answered before it is on the disk.
 //!
 //! Commands and decisions are synced at once, events in groups: `durable_seq` follows the last sync. What cannot be
-//! written waits here and is tried again each second. It cannot grow for long: a sender has at most 512 events under way
-//! that are not durable, and what must be recorded before it is answered is refused.
+//! written waits here and is tried again each second. It is bounded: what must be recorded before it is answered is refused,
+//! and so are events beyond [`mission::MAX_WAITING_BYTES`], which a sender that keeps to its 512 under way never reaches.
 
 mod mission;
 
@@ -46,6 +46,11 @@ impl Keeper {
     /// Goes on with the journal of a mission that has been recovered.
     pub fn go_on(&mut self, mission: &str, path: PathBuf, journal: Journal) {
         self.missions.insert(mission.to_owned(), KeptMission::new(path, journal));
+    }
+
+    /// Goes on with a mission whose journal, of so many records, could be read but not be opened for writing.
+    pub fn go_on_later(&mut self, mission: &str, path: PathBuf, records: u64, error: JournalError) {
+        self.missions.insert(mission.to_owned(), KeptMission::unwritable(path, records, error));
     }
 
     /// Makes the journal of a mission that is about to be adopted.
@@ -105,6 +110,11 @@ impl Keeper {
             kept.path().display()
         );
         Err(Problem::new(Code::NotDurable, message, None))
+    }
+
+    /// Whether an event of a mission may come: not if too much of it waits for the disk.
+    pub fn has_room(&self, mission: &str) -> bool {
+        self.missions.get(mission).is_none_or(KeptMission::has_room)
     }
 
     /// Notes that an event has come.

@@ -47,14 +47,14 @@ fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returne
     for kept in kept {
         let start = Instant::now();
         let file = kept.path.display().to_string();
-        let taken = read(kept, id.as_str(), settings).and_then(|(recovered, journal)| {
-            let told = (recovered.passed_over.clone(), recovered.differs.clone(), journal.taken_over());
+        let taken = read(kept, id.as_str(), settings).and_then(|Read { recovered, journal, unwritable }| {
+            let told = (recovered.passed_over.clone(), recovered.differs.clone());
             let error = |error: pdn_state::StateError| JournalError::Disk { cause: error.to_string() };
             let mission = vehicle.take_up(recovered.mission, now_ns()).map_err(error)?;
-            Ok((mission.state(), journal, told))
+            Ok((mission.state(), journal, unwritable, told))
         });
         match taken {
-            Ok((state, journal, (passed_over, differs, taken_over))) => {
+            Ok((state, journal, unwritable, (passed_over, differs))) => {
                 if let Some(reason) = passed_over {
                     tracing::warn!(vehicle = %id, journal = file, %reason, "a checkpoint was passed over");
                 }
@@ -64,9 +64,18 @@ fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returne
                 let seconds = start.elapsed().as_secs_f64();
                 tracing::info!(
                     vehicle = %id, mission = kept.mission, phase = ?state.phase, records = journal.len(),
-                    keyframes = state.keyframes, decisions = state.decisions, taken_over, seconds, "recovered"
+                    keyframes = state.keyframes, decisions = state.decisions, taken_over = journal.taken_over(),
+                    seconds, "recovered"
                 );
-                keeper.go_on(&kept.mission, kept.path.clone(), journal);
+                let (mission, path, records) = (&kept.mission, kept.path.clone(), journal.len());
+                match unwritable {
+                    None => keeper.go_on(mission, path, journal),
+                    Some(error) => {
+                        tracing::error!(vehicle = %id, journal = file, %error, "the journal cannot be written");
+                        drop(journal); // or it could not be opened for writing later
+                        keeper.go_on_later(mission, path, records, error);
+                    }
+                }
             }
             Err(error) => {
                 tracing::error!(
@@ -82,8 +91,23 @@ fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returne
     Returned { id, vehicle, keeper }
 }
 
-fn read(kept: &Kept, vehicle: &str, settings: &Settings) -> Result<(Recovered, Journal), JournalError> {
-    let journal = files::open(&kept.path)?;
+/// A mission and its journal.
+struct Read {
+    recovered: Recovered,
+    journal: Journal,
+    /// Why it is open for reading only, if it is.
+    unwritable: Option<JournalError>,
+}
+
+fn read(kept: &Kept, vehicle: &str, settings: &Settings) -> Result<Read, JournalError> {
+    let (journal, unwritable) = match files::open(&kept.path) {
+        Ok(journal) => (journal, None),
+        // A disk that cannot be written takes no mission away.
+        Err(
+            error @ (JournalError::Full { .. } | JournalError::ReadOnly { .. } | JournalError::Denied { .. }),
+        ) => (files::view(&kept.path)?, Some(error)),
+        Err(error) => return Err(error),
+    };
     let limits = settings.limits();
     let recovered = match files::checkpoint(&kept.path) {
         Some(checkpoint) => recover_from(&journal, &checkpoint, limits)?,
@@ -94,5 +118,5 @@ fn read(kept: &Kept, vehicle: &str, settings: &Settings) -> Result<(Recovered, J
             format!("it is of mission \"{}\" of vehicle \"{}\"", recovered.mission.id(), recovered.vehicle);
         return Err(JournalError::Foreign { what });
     }
-    Ok((recovered, journal))
+    Ok(Read { recovered, journal, unwritable })
 }

@@ -88,7 +88,9 @@ def test_a_disk_that_fills_up_and_has_room_again(tmp_path: Path) -> None:
             # What must be recorded first is refused; what keeps the vehicle from going anywhere is done.
             refused = problem(lambda: vehicle.ask("rpc/decision", detail="choice"))
             assert refused["code"] == "not_durable"
-            assert "the decision is not given" in refused["message"]
+            assert "it was not done" in refused["message"]
+            assert vehicle.ask("rpc/mission")["decisions"] == 0, "what is not given is not counted"
+            assert vehicle.ask("rpc/decision", alpha=0.5)["decision"] is None, "a what-if needs no record"
             refused = problem(lambda: vehicle.ask("op/pause", {"reason": "look at the disk"}))
             assert refused["code"] == "not_durable"
             assert "op/pause was done all the same" in refused["message"]
@@ -116,6 +118,41 @@ def fill(ballast: Path) -> None:
                     file.write(b"x" * size)
             except OSError:
                 continue
+
+
+def test_a_full_disk_takes_no_mission_away_from_a_daemon_that_is_started(tmp_path: Path) -> None:
+    with small_disk(tmp_path, 4000) as state:
+        running = start_daemon(tmp_path)
+        with open_session(running.endpoint) as session:
+            vehicle = begin(session)
+            fly(vehicle, lanes=2)
+            wait_until(lambda: durable(vehicle), "everything to be durable")
+        running.process.kill()
+        running.process.wait()
+        fill(state / "ballast")
+        running = start_daemon(tmp_path)
+        with open_session(running.endpoint) as session:
+            again = JsonVehicle(session, "auv", "m")
+            again.seq = vehicle.seq
+            told = again.ask("rpc/mission")
+            assert (told["phase"], told["next_seq"]) == ("held", vehicle.seq)
+            (state / "ballast").unlink()
+            wait_until(lambda: again.ask("rpc/mission")["health"]["ok"], "the journal to be written again")
+            assert again.ask("op/resume", {"reason": "there is room"})["phase"] == "running"
+            assert durable(again)
+        assert running.stop() == 0
+
+
+def test_a_disk_that_can_only_be_read_stops_the_start_and_is_still_read(tmp_path: Path) -> None:
+    with small_disk(tmp_path, 4000) as state:
+        journal = stopped_mission(tmp_path)
+        subprocess.run(["mount", "-o", "remount,ro", str(state)], check=True, capture_output=True)
+        started = pdnd("-l", "tcp/127.0.0.1:0", "--state-dir", str(state))
+        assert started.returncode == 3
+        assert "Read-only file system" in started.stderr
+        assert "--state-dir" in started.stderr
+        assert pdnd("journal", str(journal)).returncode == 0
+        assert pdnd("replay", str(journal)).returncode == 0
 
 
 def test_a_mission_is_not_configured_where_it_cannot_be_recorded(tmp_path: Path) -> None:
@@ -165,7 +202,7 @@ def test_a_damaged_journal_is_kept_and_told_and_the_others_go_on(tmp_path: Path,
             assert str(journal) in refused["message"], refused
             assert journal.read_bytes() == damaged, "it is left as it is"
             # The id is spent, and another mission can be flown.
-            assert problem(lambda: vehicle.ask("op/configure", config("m")))["code"] == "repeated_id"
+            assert problem(lambda: vehicle.ask("op/configure", config("m"))) == refused
             begin(session, "m-2")
         log = running.log.read_text()
         assert "a journal cannot be read" in log

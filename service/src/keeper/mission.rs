@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 /// How long after a failure writing is tried again.
 const RETRY: Duration = Duration::from_secs(1);
 
+/// Bytes of records that wait for a disk that cannot be written, at most.
+pub const MAX_WAITING_BYTES: usize = 16 << 20;
+
 /// Records between checkpoints: a restart solves for no more than these, some 2,000 keyframes.
 const CHECKPOINT_EVERY: u64 = 8192;
 
@@ -20,8 +23,9 @@ pub struct KeptMission {
     journal: Option<Journal>,
     /// Records that are known to be durable.
     durable: u64,
-    /// What follows on them.
+    /// What follows on them, and its bytes.
     pending: Vec<Record>,
+    pending_bytes: usize,
     next_seq: u64,
     last: bool,
     checkpoint_at: u64,
@@ -37,10 +41,26 @@ impl KeptMission {
             journal: Some(journal),
             durable,
             pending: Vec::new(),
+            pending_bytes: 0,
             next_seq: 0,
             last: false,
             checkpoint_at: durable,
             failure: None,
+        }
+    }
+
+    /// A mission whose journal of so many records cannot be written yet.
+    pub fn unwritable(path: PathBuf, durable: u64, error: JournalError) -> KeptMission {
+        KeptMission {
+            path,
+            journal: None,
+            durable,
+            pending: Vec::new(),
+            pending_bytes: 0,
+            next_seq: 0,
+            last: false,
+            checkpoint_at: durable,
+            failure: Some((error, Instant::now())),
         }
     }
 
@@ -69,8 +89,14 @@ impl KeptMission {
         self.pending.is_empty()
     }
 
+    /// Whether more may wait.
+    pub fn has_room(&self) -> bool {
+        self.pending_bytes < MAX_WAITING_BYTES
+    }
+
     /// Adds what has happened.
     pub fn add(&mut self, unwritten: Unwritten) {
+        self.pending_bytes += unwritten.records.iter().map(|record| record.payload.len()).sum::<usize>();
         self.pending.extend(unwritten.records);
         (self.next_seq, self.last) = (unwritten.next_seq, unwritten.last);
     }
@@ -86,9 +112,14 @@ impl KeptMission {
     fn try_to_write(&mut self) -> Result<(), JournalError> {
         if self.journal.is_none() {
             let journal = files::open(&self.path)?;
-            // What the failed writing has brought to the disk all the same is not written twice.
-            let written = journal.len().saturating_sub(self.durable) as usize;
-            self.pending.drain(..written.min(self.pending.len()));
+            // What the failed writing has brought to the disk all the same is not written twice. Anything else is not
+            // the file that this mission was written to.
+            let written = journal.len().checked_sub(self.durable).map(|written| written as usize);
+            let written = written.filter(|&written| written <= self.pending.len()).ok_or_else(|| {
+                let what = format!("it has {} records where {} were written", journal.len(), self.durable);
+                JournalError::Damaged { record: Some(journal.len()), what }
+            })?;
+            self.pending.drain(..written);
             self.durable = journal.len();
             self.journal = Some(journal);
         }
@@ -99,6 +130,7 @@ impl KeptMission {
             self.pending.drain(..group);
             self.durable = journal.len();
         }
+        self.pending_bytes = 0;
         Ok(())
     }
 

@@ -14,6 +14,9 @@ impl Owner {
         let bytes = event.payload.len();
         let (offered, seq) = match (read(event), event.payload.head()) {
             (Ok(event), _) if self.has_no_room_for(&event, bytes) => return self.reject_ahead(event.seq()),
+            (Ok(event), _) if !self.keeper.has_room(event.mission()) => {
+                return self.reject_unwritten(event.seq());
+            }
             (Ok(event), _) => {
                 let seq = event.seq();
                 (self.vehicle.offer(event), seq)
@@ -40,6 +43,14 @@ impl Owner {
     fn has_no_room_for(&mut self, event: &Event, bytes: usize) -> bool {
         let next_seq = self.vehicle.mission(Some(event.mission())).map_or(0, |mission| mission.next_seq());
         event.seq() > next_seq && !self.ahead.has_room(bytes)
+    }
+
+    fn reject_unwritten(&mut self, seq: u64) {
+        let message = format!(
+            "too many events wait for a journal that cannot be written (rpc/mission tells why); send event {seq} again \
+             once there is room"
+        );
+        self.reject(Problem::new(Code::Overloaded, message, Some(seq)));
     }
 
     fn reject_ahead(&mut self, seq: u64) {

@@ -40,6 +40,8 @@ pub struct Asked {
     pub released: Instant,
     /// When the answer is of no more use.
     pub deadline: Option<Instant>,
+    /// Whether the answer is recorded before it is given.
+    pub recorded: bool,
 }
 
 enum What {
@@ -135,6 +137,10 @@ impl Owner {
 
     fn begin(&mut self, prepared: Prepared, answer: Answer) {
         let Prepared { mission: id, topic, what, arrived, deadline } = prepared;
+        let recorded = matches!(&what, What::Decision(request) if !request.what_if.is_any());
+        if recorded && let Err(problem) = self.keeper.demand_writable(&mut self.vehicle, Some(&id)) {
+            return self.refuse(topic, answer, problem);
+        }
         let mission = match self.vehicle.mission(Some(&id)) {
             Ok(mission) => mission,
             Err(error) => return self.refuse(topic, answer, problem(error)),
@@ -149,7 +155,8 @@ impl Owner {
             What::Decision(request) => mission.begin_decision(request).map(Job::Decision),
             What::Evaluate(paths, request) => mission.begin_evaluate(paths, request).map(Job::Evaluate),
         };
-        let asked = Asked { answer, mission: id, topic, arrived, released: Instant::now(), deadline };
+        let asked =
+            Asked { answer, mission: id, topic, arrived, released: Instant::now(), deadline, recorded };
         match job {
             Ok(job) => self.ready.push_back((asked, job)),
             Err(error) => self.refuse(topic, asked.answer, problem(error)),

@@ -26,6 +26,12 @@ impl Owner {
     }
 
     fn conclude_decision(&mut self, asked: Asked, outcome: DecisionOutcome, timing: Timing) {
+        // What cannot be recorded is not counted either.
+        if asked.recorded
+            && let Err(problem) = self.keeper.demand_writable(&mut self.vehicle, Some(&asked.mission))
+        {
+            return self.refuse(asked.topic, asked.answer, problem);
+        }
         let mission = match self.vehicle.mission(Some(&asked.mission)) {
             Ok(mission) => mission,
             Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
@@ -34,9 +40,11 @@ impl Owner {
             Ok(decision) => decision,
             Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
         };
-        self.sync();
-        if let Err(problem) = self.keeper.check(&asked.mission, "the decision is not given") {
-            return self.refuse(asked.topic, asked.answer, problem);
+        if asked.recorded {
+            self.sync();
+            if let Err(problem) = self.keeper.check(&asked.mission, "the decision is not given") {
+                return self.refuse(asked.topic, asked.answer, problem);
+            }
         }
         self.log_decision(&decision);
         if decision.decision.is_some() {

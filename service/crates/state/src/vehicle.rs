@@ -93,6 +93,9 @@ impl Vehicle {
             let mission = current.id().to_string();
             return Err(StateError::MissionActive { mission, phase: current.phase() });
         }
+        if let Some(why) = self.absent.get(&id) {
+            return Err(StateError::Absent { mission: id, why: why.clone() });
+        }
         let replaced = current.filter(|current| current.id() == id && current.is_untouched());
         if self.used_ids.contains(&id) && replaced.is_none() {
             return Err(StateError::MissionUsed { mission: id });
