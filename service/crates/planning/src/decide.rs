@@ -38,7 +38,7 @@ pub fn decide(
     let trips = goals.iter().zip(0..).map(|((_, route), index)| along_route(snapshot, route, index)); // III.C
     let trips = trips.collect::<Result<Vec<RoundTrip>, _>>()?;
     let (beliefs, judged) = if question.choice_only {
-        let Best { beliefs, judged, .. } = best(snapshot, &scale, &trips, pool, stop)?;
+        let Best { beliefs, judged } = best(snapshot, &scale, &trips, pool, stop)?;
         (beliefs, judged)
     } else {
         let beliefs = expect_all(snapshot, &trips, pool, stop)?; // eqs. 1 to 4
