@@ -2,7 +2,9 @@
 //!
 //! `PDN_FUZZ_INPUTS` is how many are tried; the same number tries the same ones.
 
-use pdn_schemas::codec::{Format, Message, MessageVisitor, decode, encode, visit_messages, visit_records};
+use pdn_schemas::codec::{
+    Format, Message, MessageVisitor, decode, decode_head, encode, visit_messages, visit_records,
+};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -79,11 +81,12 @@ impl MessageVisitor for Attack {
                 seeds.map(|(_, _, bytes)| bytes.clone()).collect::<Vec<_>>()
             };
             let (own, all) = (of(true), of(false));
-            for _ in 0..self.each / 2 {
+            for _ in 0..self.each.div_ceil(2) {
                 let from = if own.is_empty() { &all } else { &own };
                 let mut bytes = from[chance.below(from.len())].clone();
                 (0..1 + chance.below(4)).for_each(|_| spoil(&mut bytes, &all, &mut chance));
                 let start = Instant::now();
+                let _ = decode_head(&bytes, format);
                 if let Ok(message) = decode::<T>(&bytes, format) {
                     self.taken += 1;
                     // What is taken can be told again, unless a number is none in JSON or it is too large for its place.

@@ -146,5 +146,10 @@ def test_no_unsafe_code() -> None:
 
 def test_every_python_dependency_is_pinned() -> None:
     lines = (ROOT / "client-py/constraints.txt").read_text(encoding="utf-8").split()
-    assert lines
+    project = tomllib.loads((ROOT / "client-py/pyproject.toml").read_text(encoding="utf-8"))
+    wanted = [*project["project"]["dependencies"], *project["build-system"]["requires"]]
+    for extra in project["project"]["optional-dependencies"].values():
+        wanted += extra
+    names = {re.split(r"[<>=;!~\[ ]", requirement)[0].lower().replace("_", "-") for requirement in wanted}
+    assert names - {line.split("==")[0].lower().replace("_", "-") for line in lines} == set()
     assert [line for line in lines if not re.fullmatch(r"[\w.-]+==[\w.+]+", line)] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -151,13 +152,14 @@ def test_a_pose_graph_is_imported(daemon: Daemon, tmp_path: Path) -> None:
     assert 0.5e-2 < report["last_covariance"][0] < 1.25e-2 + 1e-5
 
 
-def test_a_daemon_that_dies_without_a_journal_is_noticed(daemon: Daemon) -> None:
+def test_a_daemon_whose_journals_are_lost_is_noticed(daemon: Daemon) -> None:
     with connect("auv", daemon.endpoint) as client:
         begin(client)
         events = client.mission_stream()
         survey(events, 5)
         events.flush(PATIENCE_S)
         daemon.kill()
+        shutil.rmtree(daemon.folder / "state")
         daemon.start()
         with pytest.raises(MissionLost, match="no longer knows mission m"):
             go_on(events)

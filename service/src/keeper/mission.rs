@@ -13,8 +13,10 @@ const RETRY: Duration = Duration::from_secs(1);
 /// Bytes of records that wait for a disk that cannot be written, at most.
 pub const MAX_WAITING_BYTES: usize = 16 << 20;
 
-/// Records between checkpoints: a restart solves for no more than these, some 2,000 keyframes.
-const CHECKPOINT_EVERY: u64 = 8192;
+/// Records between checkpoints, and as a share of all: a restart solves for no more than these. A checkpoint costs in
+/// proportion to the mission, so a long one has fewer: with 20,000 keyframes one for each 160.
+const CHECKPOINT_EVERY: u64 = 256;
+const CHECKPOINT_SHARE: u64 = 128;
 
 /// A mission that is kept.
 pub struct KeptMission {
@@ -36,21 +38,15 @@ impl KeptMission {
     /// A mission all of which is in its journal.
     pub fn new(path: PathBuf, journal: Journal) -> KeptMission {
         let durable = journal.len();
-        KeptMission {
-            path,
-            journal: Some(journal),
-            durable,
-            pending: Vec::new(),
-            pending_bytes: 0,
-            next_seq: 0,
-            last: false,
-            checkpoint_at: durable,
-            failure: None,
-        }
+        KeptMission { journal: Some(journal), ..KeptMission::closed(path, durable) }
     }
 
     /// A mission whose journal of so many records cannot be written yet.
     pub fn unwritable(path: PathBuf, durable: u64, error: JournalError) -> KeptMission {
+        KeptMission { failure: Some((error, Instant::now())), ..KeptMission::closed(path, durable) }
+    }
+
+    fn closed(path: PathBuf, durable: u64) -> KeptMission {
         KeptMission {
             path,
             journal: None,
@@ -60,7 +56,7 @@ impl KeptMission {
             next_seq: 0,
             last: false,
             checkpoint_at: durable,
-            failure: Some((error, Instant::now())),
+            failure: None,
         }
     }
 
@@ -139,7 +135,8 @@ impl KeptMission {
         if self.failure.is_some() {
             return;
         }
-        if self.last || self.durable - self.checkpoint_at >= CHECKPOINT_EVERY {
+        let every = CHECKPOINT_EVERY.max(self.durable / CHECKPOINT_SHARE);
+        if self.last || self.durable - self.checkpoint_at >= every {
             self.keep_checkpoint(mission);
         }
         if self.last {

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use pdn_schemas::codec::{Format, Message, MessageVisitor, decode, encode, visit_messages, visit_records};
+use pdn_schemas::codec::{Format, Message, MessageVisitor, decode, decode_head, encode, visit_messages, visit_records};
 
 struct Decode<'a> {
     which: u8,
@@ -26,6 +26,7 @@ impl MessageVisitor for Decode<'_> {
 fuzz_target!(|input: &[u8]| {
     let Some((&first, bytes)) = input.split_first() else { return };
     let format = if first & 1 == 0 { Format::Json } else { Format::Bincode };
+    let _ = decode_head(bytes, format);
     let mut decode = Decode { which: first >> 1, number: 0, format, bytes };
     visit_messages(&mut decode);
     visit_records(&mut decode);

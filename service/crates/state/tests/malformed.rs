@@ -67,7 +67,12 @@ fn a_mission_stays_sane_whatever_events_come() {
             for _ in 0..times {
                 let record = if chance.below(4) == 0 { spoilt(record, &mut chance) } else { record.clone() };
                 let Ok(Entry::Event(event)) = Entry::read(&record) else { continue };
+                let in_turn = event.mission() == "m" && event.seq() == next_seq;
                 let offered = vehicle.offer(event);
+                assert!(
+                    !in_turn || offered.next_seq > next_seq,
+                    "{next_seq}: applied or refused, it is consumed"
+                );
                 offered_events += 1;
                 refused_events += offered.refused.len();
                 if offered.mission == "m" {
