@@ -14,9 +14,9 @@ const RETRY: Duration = Duration::from_secs(1);
 pub const MAX_WAITING_BYTES: usize = 16 << 20;
 
 /// Records between checkpoints, and as a share of all: a restart solves for no more than these. A checkpoint costs in
-/// proportion to the mission, so a long one has fewer: with 20,000 keyframes one for each 160.
+/// proportion to the mission, so a long one has fewer: with 20,000 keyframes one for each 80.
 const CHECKPOINT_EVERY: u64 = 256;
-const CHECKPOINT_SHARE: u64 = 128;
+const CHECKPOINT_SHARE: u64 = 256;
 
 /// A mission that is kept.
 pub struct KeptMission {

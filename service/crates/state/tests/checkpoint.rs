@@ -199,8 +199,8 @@ fn a_long_mission_restarts_in_two_seconds() {
     let mut journal =
         pdn_state::journal::files::create_at(&path, Header::new(7, "v", "m"), &first).expect("room");
     let start = Instant::now();
-    // A daemon's last checkpoint is up to a 128th of the records old.
-    let old = script.events.len() / 128;
+    // A daemon's last checkpoint is up to a 256th of the records old.
+    let old = script.events.len() / 256;
     let (before, after) = script.events.split_at(script.events.len() - old);
     for events in before.chunks(512) {
         let refused: Vec<_> = events.iter().flat_map(|event| vehicle.offer(event.clone()).refused).collect();
