@@ -209,7 +209,7 @@ _LINE = _object(
     scale_invariant={"type": "boolean"},
     **_MARKS,
 )
-_ANYTHING = _list({"type": "object"})
+_ANYTHING = _list(_object())
 _ENTITY = _object(
     timestamp=_TIME,
     frame_id=_TEXT,

@@ -62,7 +62,7 @@ def read_journal(path: Path, program: Path) -> Journal:
     for line in lines:
         read = json.loads(line)
         content = read["content"]
-        at_ns = int(content.get("stamp_ns") or content.get("at_ns") or at_ns)
+        at_ns = next((int(content[name]) for name in ("stamp_ns", "at_ns") if name in content), at_ns)
         records.append(Record(read["record"], read["kind"], content, at_ns))
     refused = frozenset(record.content["seq"] for record in records if record.kind == "refused")
     graph = json.loads(_ask(program, path, "--answer", "graph"))
@@ -71,7 +71,7 @@ def read_journal(path: Path, program: Path) -> Journal:
 
 
 def _ask(program: Path, path: Path, *arguments: str) -> str:
-    found = shutil.which(str(program))
+    found = str(program.resolve()) if program.is_file() else shutil.which(str(program))
     if found is None:
         raise CommandFailed(
             f"the daemon's program {program} is not there; name it with --pdnd or PDND_BINARY"
