@@ -217,11 +217,3 @@ pub fn identity() -> u64 {
         u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
     })
 }
-
-/// What the disk says, for a log line.
-pub fn advice(error: &JournalError) -> &'static str {
-    match error.code() {
-        Code::JournalDamaged => "save what is whole of it with: pdnd recover FILE",
-        _ => "mend it and start pdnd again",
-    }
-}

@@ -1,13 +1,13 @@
 //! The vehicles of earlier runs, as their journals leave them.
 
-use crate::keeper::{Keeper, advice};
+use crate::keeper::Keeper;
 use crate::settings::Settings;
 use crate::vehicle::now_ns;
 use pdn_schemas::ids::VehicleId;
 use pdn_state::journal::files::{self, Kept};
 use pdn_state::journal::{Journal, JournalError};
-use pdn_state::recovery::{Recovered, recover, recover_from};
-use pdn_state::{Absence, Vehicle};
+use pdn_state::recovery::{Recovered, recover_from};
+use pdn_state::{Absence, StateError, Vehicle, lifecycle};
 use std::time::Instant;
 
 /// A vehicle that has come back.
@@ -48,13 +48,14 @@ fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returne
         let start = Instant::now();
         let file = kept.path.display().to_string();
         let taken = read(kept, id.as_str(), settings).and_then(|Read { recovered, journal, unwritable }| {
-            let told = (recovered.passed_over.clone(), recovered.differs.clone());
-            let error = |error: pdn_state::StateError| JournalError::Disk { cause: error.to_string() };
-            let mission = vehicle.take_up(recovered.mission, now_ns()).map_err(error)?;
-            Ok((mission.state(), journal, unwritable, told))
+            let Recovered { mission, passed_over, differs, .. } = recovered;
+            let has_ended = lifecycle::has_ended(mission.phase());
+            let error = |error: StateError| JournalError::Disk { cause: error.to_string() };
+            let state = vehicle.take_up(mission, now_ns()).map_err(error)?.state();
+            Ok((state, journal, unwritable, has_ended, (passed_over, differs)))
         });
         match taken {
-            Ok((state, journal, unwritable, (passed_over, differs))) => {
+            Ok((state, journal, unwritable, has_ended, (passed_over, differs))) => {
                 if let Some(reason) = passed_over {
                     tracing::warn!(vehicle = %id, journal = file, %reason, "a checkpoint was passed over");
                 }
@@ -69,6 +70,7 @@ fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returne
                 );
                 let (mission, path, records) = (&kept.mission, kept.path.clone(), journal.len());
                 match unwritable {
+                    _ if has_ended => {} // nothing is ever added to it
                     None => keeper.go_on(mission, path, journal),
                     Some(error) => {
                         tracing::error!(vehicle = %id, journal = file, %error, "the journal cannot be written");
@@ -78,11 +80,10 @@ fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returne
                 }
             }
             Err(error) => {
-                tracing::error!(
-                    vehicle = %id, mission = kept.mission, journal = file, %error, advice = advice(&error),
-                    "a journal cannot be read; it is left as it is"
-                );
-                vehicle.set_absent(&kept.mission, kept.ordinal, Absence::Unreadable { file, error });
+                let why = Absence::Unreadable { file: file.clone(), error };
+                let error = StateError::Absent { mission: kept.mission.clone(), why: why.clone() };
+                tracing::error!(vehicle = %id, journal = file, %error, "a journal cannot be read");
+                vehicle.set_absent(&kept.mission, kept.ordinal, why);
             }
         }
     }
@@ -108,11 +109,8 @@ fn read(kept: &Kept, vehicle: &str, settings: &Settings) -> Result<Read, Journal
         ) => (files::view(&kept.path)?, Some(error)),
         Err(error) => return Err(error),
     };
-    let limits = settings.limits();
-    let recovered = match files::checkpoint(&kept.path) {
-        Some(checkpoint) => recover_from(&journal, &checkpoint, limits)?,
-        None => recover(&journal, limits)?,
-    };
+    let checkpoint = files::checkpoint(&kept.path);
+    let recovered = recover_from(&journal, checkpoint.as_deref(), settings.limits())?;
     if recovered.vehicle != vehicle || recovered.mission.id() != kept.mission {
         let what =
             format!("it is of mission \"{}\" of vehicle \"{}\"", recovered.mission.id(), recovered.vehicle);

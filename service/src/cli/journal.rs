@@ -2,7 +2,7 @@
 //! once more.
 
 use super::{Failure, print};
-use crate::keeper::{advice, identity};
+use crate::keeper::identity;
 use clap::{Args, ValueEnum};
 use pdn_schemas::codec::{Format, encode};
 use pdn_state::journal::{Journal, JournalError, files};
@@ -149,7 +149,9 @@ fn view(file: &Path) -> Result<Journal, Failure> {
 fn told(file: &Path, error: &JournalError) -> Failure {
     let message = format!("{}: {error}", file.display());
     match error {
-        JournalError::Damaged { .. } => Failure::Running(format!("{message}; {}", advice(error))),
+        JournalError::Damaged { .. } => {
+            Failure::Running(format!("{message}; save what is whole of it with: pdnd recover FILE"))
+        }
         _ => Failure::Unavailable(message),
     }
 }
@@ -188,7 +190,7 @@ fn records(file: &Path, journal: &Journal) -> Result<(), Failure> {
 fn answer(question: Question, file: &Path, journal: &Journal) -> Result<(), Failure> {
     let mut mission = recovered(file, journal)?;
     let failed = |error: String| Failure::Running(format!("{}: {error}", file.display()));
-    let told = match question {
+    let encoded = match question {
         Question::Mission => encode(&mission.state(), Format::Json),
         Question::Graph => {
             let graph = mission.begin_graph(None, true).run().map_err(|error| failed(error.to_string()))?;
@@ -197,14 +199,14 @@ fn answer(question: Question, file: &Path, journal: &Journal) -> Result<(), Fail
         Question::Coverage => encode(&mission.coverage(), Format::Json),
         Question::LinkModel => encode(&mission.link_model(), Format::Json),
     };
-    let text = told.map(String::from_utf8).map_err(|error| failed(error.to_string()))?;
-    print(&format!("{}\n", text.map_err(|error| failed(error.to_string()))?))
+    let bytes = encoded.map_err(|error| failed(error.to_string()))?;
+    let text = String::from_utf8(bytes).map_err(|error| failed(error.to_string()))?;
+    print(&format!("{text}\n"))
 }
 
 /// The mission as the journal leaves it.
 fn recovered(file: &Path, journal: &Journal) -> Result<Mission, Failure> {
-    let checkpoint = files::checkpoint(file);
-    let recovered = recover_from(journal, checkpoint.as_deref().unwrap_or_default(), Limits::default());
+    let recovered = recover_from(journal, files::checkpoint(file).as_deref(), Limits::default());
     Ok(recovered.map_err(|error| told(file, &error))?.mission)
 }
 

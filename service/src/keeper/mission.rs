@@ -30,6 +30,7 @@ pub struct KeptMission {
     pending_bytes: usize,
     next_seq: u64,
     last: bool,
+    /// Records when this process last kept a checkpoint; one that it came back from may be old or passed over.
     checkpoint_at: u64,
     failure: Option<(JournalError, Instant)>,
 }
@@ -55,7 +56,7 @@ impl KeptMission {
             pending_bytes: 0,
             next_seq: 0,
             last: false,
-            checkpoint_at: durable,
+            checkpoint_at: 0,
             failure: None,
         }
     }
@@ -70,9 +71,9 @@ impl KeptMission {
         self.failure.as_ref().map(|(error, _)| error)
     }
 
-    /// When writing is tried again.
+    /// When writing is tried again; never if nothing waits.
     pub fn retry_at(&self) -> Option<Instant> {
-        self.failure.as_ref().map(|(_, at)| *at)
+        self.failure.as_ref().filter(|_| !self.is_written()).map(|(_, at)| *at)
     }
 
     /// All events below are durable once nothing is pending.

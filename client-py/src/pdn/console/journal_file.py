@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,20 @@ class Journal:
     """All records, and what the mission came to."""
 
     path: Path
+    program: Path
     records: list[Record]
-    graph: Json
-    """As `rpc/graph` answers at the end: keyframes with estimates and covariances."""
-    coverage: Json
-    """As `rpc/coverage` answers at the end."""
-    refused: frozenset[int] = field(default_factory=frozenset)
+    refused: frozenset[int]
     """Numbers of events that changed nothing."""
+
+    @cached_property
+    def graph(self) -> Json:
+        """As `rpc/graph` answers at the end: keyframes, estimates, covariances. Solves for the graph."""
+        return _answer(self.program, self.path, "graph")
+
+    @cached_property
+    def coverage(self) -> Json:
+        """As `rpc/coverage` answers at the end. Solves for the graph."""
+        return _answer(self.program, self.path, "coverage")
 
     @property
     def configured(self) -> Json:
@@ -65,9 +73,12 @@ def read_journal(path: Path, program: Path) -> Journal:
         at_ns = next((int(content[name]) for name in ("stamp_ns", "at_ns") if name in content), at_ns)
         records.append(Record(read["record"], read["kind"], content, at_ns))
     refused = frozenset(record.content["seq"] for record in records if record.kind == "refused")
-    graph = json.loads(_ask(program, path, "--answer", "graph"))
-    coverage = json.loads(_ask(program, path, "--answer", "coverage"))
-    return Journal(path, records, graph, coverage, refused)
+    return Journal(path, program, records, refused)
+
+
+def _answer(program: Path, path: Path, question: str) -> Json:
+    answer: Json = json.loads(_ask(program, path, "--answer", question))
+    return answer
 
 
 def _ask(program: Path, path: Path, *arguments: str) -> str:

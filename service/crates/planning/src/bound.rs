@@ -46,9 +46,8 @@ pub fn best(
     let (mut found, mut judged): (Option<(f64, usize)>, _) = (None, vec![false; trips.len()]);
     for batch in order.chunks(BATCH) {
         let can_win = |index: usize| found.is_none_or(|(least, _)| least_penalty(index) <= least);
-        let batch: Vec<usize> =
-            batch.iter().copied().inspect(|&index| judged[index] = !can_win(index)).collect();
-        let open: Vec<usize> = batch.into_iter().filter(|&index| !judged[index]).collect();
+        let (open, beaten): (Vec<usize>, Vec<usize>) = batch.iter().partition(|&&index| can_win(index));
+        beaten.into_iter().for_each(|index| judged[index] = true);
         let asked: Vec<&RoundTrip> = open.iter().map(|&index| &trips[index]).collect();
         for (index, terminal) in open.into_iter().zip(terminals(snapshot, &asked, pool, stop)?) {
             let Some(terminal) = terminal else { continue };

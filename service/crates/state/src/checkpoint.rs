@@ -81,8 +81,9 @@ impl Checkpoint {
         if software != SOFTWARE {
             return Err(Unusable::Software(software));
         }
-        let is_of = |journal: &Journal| journal.crc_before(checkpoint.record).ok() == Some(crc_before);
-        if identity != journal.header().identity || !is_of(journal) {
+        // A record that the journal has not, or not whole, is none that the checkpoint follows on.
+        let found = journal.crc_before(checkpoint.record).ok();
+        if identity != journal.header().identity || found != Some(crc_before) {
             return Err(Unusable::OtherJournal);
         }
         Ok(checkpoint)

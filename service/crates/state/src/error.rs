@@ -278,10 +278,16 @@ fn absent(mission: &str, why: &Absence) -> String {
         Absence::Reading => {
             format!("the journal of mission \"{mission}\" is being read; ask again in a while")
         }
-        Absence::Unreadable { file, error } => format!(
-            "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; `pdnd recover {file}` \
-             saves what is whole, and another mission can be configured"
-        ),
+        Absence::Unreadable { file, error } => {
+            let remedy = match error {
+                JournalError::Damaged { .. } => format!("`pdnd recover {file}` saves what is whole, and "),
+                _ => String::new(), // the error says what to do
+            };
+            format!(
+                "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; {remedy}another \
+                 mission can be configured"
+            )
+        }
     }
 }
 

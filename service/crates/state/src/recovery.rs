@@ -24,12 +24,17 @@ pub struct Recovered {
     pub passed_over: Option<Unusable>,
 }
 
-/// As [`recover`], from a checkpoint on if these bytes are one of this journal: the same mission, bit for bit, but
-/// nothing before the checkpoint is solved for again, and refusals before it are taken as they stand.
+/// As [`recover`], from a checkpoint on if there are bytes of one and it is of this journal: the same mission, bit for
+/// bit, but nothing before the checkpoint is solved for again, and refusals before it are taken as they stand.
 ///
 /// # Errors
 /// As [`recover`].
-pub fn recover_from(journal: &Journal, checkpoint: &[u8], limits: Limits) -> Result<Recovered, JournalError> {
+pub fn recover_from(
+    journal: &Journal,
+    checkpoint: Option<&[u8]>,
+    limits: Limits,
+) -> Result<Recovered, JournalError> {
+    let Some(checkpoint) = checkpoint else { return recover(journal, limits) };
     let passed_over = match Checkpoint::from_bytes(checkpoint, journal) {
         Err(unusable) => unusable,
         Ok(checkpoint) => match fold(journal, Folding::to(checkpoint, limits)) {
@@ -67,8 +72,6 @@ pub struct Folding {
     vehicle: String,
     expected: VecDeque<Problem>,
     differs: Option<String>,
-    /// Entries so far.
-    entries: u64,
     /// Where nothing is solved for yet: the checkpoint ahead.
     checkpoint: Option<Box<Checkpoint>>,
 }
@@ -82,7 +85,6 @@ impl Folding {
             vehicle: String::new(),
             expected: VecDeque::new(),
             differs: None,
-            entries: 0,
             checkpoint: None,
         }
     }
@@ -106,7 +108,6 @@ impl Folding {
         if !matches!(entry, Entry::Refused(_)) {
             self.arrive()?;
         }
-        self.entries += 1;
         if let Entry::Configured(configured) = entry {
             return self.configure(*configured);
         }
@@ -131,11 +132,9 @@ impl Folding {
 
     /// Arrives at the checkpoint if its event was the last one taken.
     fn arrive(&mut self) -> Result<(), String> {
-        let is_behind = |checkpoint: &mut Box<Checkpoint>| checkpoint.record < self.entries;
-        match (self.checkpoint.take_if(is_behind), &mut self.mission) {
-            (Some(checkpoint), Some(mission)) => mission.arrive(*checkpoint),
-            _ => Ok(()),
-        }
+        let Some(mission) = &mut self.mission else { return Ok(()) };
+        let is_behind = |checkpoint: &mut Box<Checkpoint>| checkpoint.record < mission.records();
+        self.checkpoint.take_if(is_behind).map_or(Ok(()), |checkpoint| mission.arrive(*checkpoint))
     }
 
     fn configure(&mut self, configured: Configured) -> Result<(), String> {

@@ -99,7 +99,7 @@ fn every_checkpoint_gives_the_mission_of_the_whole_journal() {
         assert!(checkpoints.len() > 20);
         for (_, checkpoint) in checkpoints {
             let bytes = checkpoint.to_bytes(&whole).expect("it is in the journal");
-            let recovered = recover_from(&whole, &bytes, Limits::default()).expect("a whole journal");
+            let recovered = recover_from(&whole, Some(&bytes), Limits::default()).expect("a whole journal");
             assert_eq!(recovered.passed_over, None);
             // The mission has the same checkpoints as the one that was lived.
             let again = recovered.mission.checkpoint().map(|checkpoint| checkpoint.to_bytes(&whole));
@@ -115,7 +115,7 @@ fn a_checkpoint_serves_a_journal_that_ends_with_it() {
     for (length, checkpoint) in checkpoints {
         let cut = journal(&records[..length]);
         let bytes = checkpoint.to_bytes(&cut).expect("it is in the journal");
-        let recovered = recover_from(&cut, &bytes, Limits::default()).expect("a whole journal");
+        let recovered = recover_from(&cut, Some(&bytes), Limits::default()).expect("a whole journal");
         assert_eq!((recovered.passed_over.clone(), recovered.mission.checkpoint()), (None, Some(checkpoint)));
         assert!(bits(recovered) == bits(recover(&cut, Limits::default()).expect("whole")));
     }
@@ -129,7 +129,7 @@ fn a_checkpoint_that_is_of_no_use_is_passed_over_and_told() {
     let last = &checkpoints[checkpoints.len() - 1].1;
     let bytes = last.to_bytes(&whole).expect("it is in the journal");
     let from = |journal: &Journal, bytes: &[u8]| {
-        let recovered = recover_from(journal, bytes, Limits::default()).expect("a whole journal");
+        let recovered = recover_from(journal, Some(bytes), Limits::default()).expect("a whole journal");
         let reason = recovered.passed_over.clone();
         assert!(bits(recovered) == bits(recover(journal, Limits::default()).expect("whole")));
         reason
@@ -220,7 +220,7 @@ fn a_long_mission_restarts_in_two_seconds() {
     let start = Instant::now();
     let journal = pdn_state::journal::files::open(&path).expect("a whole journal");
     let opened = start.elapsed();
-    let recovered = recover_from(&journal, &bytes, Limits::default()).expect("a whole journal");
+    let recovered = recover_from(&journal, Some(&bytes), Limits::default()).expect("a whole journal");
     let restarted = start.elapsed();
     std::fs::remove_file(&path).expect("it was made");
     assert_eq!((recovered.differs, recovered.passed_over), (None, None));

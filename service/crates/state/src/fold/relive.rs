@@ -4,7 +4,7 @@
 //! Refusals of a group may stand in the history after the keyframe that ended it. So a group is noted only once the
 //! next entry has come that is no refusal; until then it waits here.
 
-use super::{Fold, STREAM_ITERATIONS, STREAM_TOLERANCE, SmootherSettings};
+use super::Fold;
 use crate::book::{Addition, Judge};
 use crate::change::Change;
 use crate::checkpoint::Kept;
@@ -76,8 +76,6 @@ impl Fold {
         let [(seq, change)] = <[_; 1]>::try_from(relived.current)
             .map_err(|current| format!("it stands before {} events", current.len()))?;
         let Kept { smoother, converged, progress, world_from_camera } = kept;
-        let settings =
-            SmootherSettings { relinearize_above: STREAM_TOLERANCE, max_iterations: STREAM_ITERATIONS };
         let nodes = self.book.nodes.len();
         if smoother.linearizations.len() != nodes || world_from_camera.len() != nodes {
             return Err(format!("the journal has {nodes} keyframes in the graph by then"));
@@ -86,7 +84,8 @@ impl Fold {
             Addition::Factor(factor) => Some(*factor),
             Addition::Keyframe(_) => None,
         });
-        self.smoother = Smoother::restore(settings, smoother, factors).map_err(|error| error.to_string())?;
+        self.smoother = Smoother::restore(self.smoother.settings(), smoother, factors)
+            .map_err(|error| error.to_string())?;
         self.converged = converged;
         self.progress = progress;
         let book = &self.book;
