@@ -52,6 +52,8 @@ EDGE = f"EDGE_SE3:QUAT 0 1 {STEP} {INFORMATION}"
         ([EDGE, f"EDGE_SE3:QUAT 1 2 {STEP} {INFORMATION} 7"], 2, "not 31 fields"),
         (["VERTEX_SE3:QUAT 0 1 2 3"], 1, "7 numbers"),
         ([f"EDGE_SE3:QUAT 0 -1 {STEP} {INFORMATION}"], 1, "no id"),
+        ([f"EDGE_SE3:QUAT 0 {2**64} {STEP} {INFORMATION}"], 1, "no id"),
+        ([f"EDGE_SE3:QUAT 0 {'9' * 5000} {STEP} {INFORMATION}"], 1, "no id"),
         ([f"EDGE_SE3:QUAT 4 4 {STEP} {INFORMATION}"], 1, "itself"),
         ([EDGE.replace("2.0", "nan")], 1, "finite"),
         ([EDGE.replace("2.0", "two")], 1, "two"),

@@ -134,9 +134,12 @@ def _edge(line: int, words: list[str]) -> Edge:
 
 
 def _id(word: str) -> int:
-    if not word.isdecimal() or int(word) > MAX_ID:
-        raise G2oError(f"{word!r} is no id; ids are whole numbers from 0 to 2^64 - 1")
-    return int(word)
+    digits = word.lstrip("0") or "0"
+    # Python reads no number of thousands of digits.
+    if not word.isdecimal() or len(digits) > len(str(MAX_ID)) or int(digits) > MAX_ID:
+        shown = word if len(word) <= 40 else f"{word[:40]}..."
+        raise G2oError(f"{shown!r} is no id; ids are whole numbers from 0 to 2^64 - 1")
+    return int(digits)
 
 
 def _numbers(words: list[str]) -> list[float]:
