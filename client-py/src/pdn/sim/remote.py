@@ -27,6 +27,9 @@ from pdn.sim.se3 import Pose, quaternion_of
 POLL_S = 0.2
 """How often an awaited mission, or one that is paused or held, is looked at."""
 
+WAITING = (wire.Phase.PAUSED, wire.Phase.HELD)
+"""Phases in which the vehicle stays where it is."""
+
 
 @contextmanager
 def mission(client: Client, scenario: Scenario, name: str, alpha: float) -> Iterator[RemotePlanner]:
@@ -160,10 +163,13 @@ class RemotePlanner:
             try:
                 return self._client.decision(after=self._seq, detail="choice", mission=self._stream.mission)
             except IllegalTransition:
-                state = self._client.mission(mission=self._stream.mission)
-                if state.phase not in (wire.Phase.PAUSED, wire.Phase.HELD, wire.Phase.RUNNING):
+                if self._phase() not in (*WAITING, wire.Phase.RUNNING):
                     raise
-                time.sleep(POLL_S)
+                while self._phase() in WAITING:
+                    time.sleep(POLL_S)
+
+    def _phase(self) -> wire.Phase:
+        return self._client.mission(mission=self._stream.mission).phase
 
     def refused(self) -> list[str]:
         """See ``Planner``."""
