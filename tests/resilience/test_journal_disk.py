@@ -235,6 +235,21 @@ def test_what_is_left_of_a_damaged_journal_is_saved_and_flown_on(tmp_path: Path)
         assert running.stop() == 0
 
 
+def test_a_journal_that_a_daemon_writes_is_not_taken_from_under_it(tmp_path: Path) -> None:
+    running = start_daemon(tmp_path)
+    try:
+        with open_session(running.endpoint) as session:
+            begin(session)
+        (journal,) = (tmp_path / "state" / "auv").glob("*.redb")
+        for command in (["journal"], ["replay"], ["recover"], ["recover", "--replace"]):
+            refused = pdnd(command[0], str(journal), *command[1:])
+            assert refused.returncode == 3, (command, refused)
+            assert "another process has it open" in refused.stderr
+        assert [path.name for path in journal.parent.iterdir()] == [journal.name]
+    finally:
+        assert running.stop() == 0
+
+
 def test_a_journal_of_a_newer_version_is_not_guessed_at(tmp_path: Path) -> None:
     journal = stopped_mission(tmp_path)
     newer = bytearray(journal.read_bytes())

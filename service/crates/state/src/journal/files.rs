@@ -172,9 +172,11 @@ pub fn keep_checkpoint(journal: &Path, bytes: &[u8]) -> Result<(), JournalError>
 /// Writes what is whole of a journal, up to its damage, to a new one; the file is left as it is.
 ///
 /// # Errors
-/// As [`Salvage::find`], and what the disk says.
+/// As [`Salvage::find`], [`JournalError::InUse`] while a daemon has it open, and what the disk says.
 pub fn recover(path: &Path, to: &Path, identity: u64) -> Result<Salvage, JournalError> {
-    let storage = FileBackend::new(File::open(path)?)?;
+    let file = File::open(path)?;
+    lock(&file, FlockOperation::NonBlockingLockShared)?;
+    let storage = FileBackend::new(file)?;
     let salvage = Salvage::find(&storage)?;
     let header = Header::new(identity, &salvage.vehicle, &salvage.mission);
     let mut journal = create_at(to, header, &[salvage.first(&storage)?])?;
