@@ -1,10 +1,11 @@
 """A vehicle that goes on under attack (our client, which sends again what was not taken), programs that attack, and what the daemon is measured by."""
 
 import os
+import select
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -47,6 +48,13 @@ class Good:
         assert self.client.mission(after=self.last).keyframes == self.keyframes
         return time.monotonic() - began
 
+    def step_until(self, condition: Callable[[], bool], what: str, bound_s: float = 20.0) -> None:
+        """Steps until that is so."""
+        give_up_s = time.monotonic() + bound_s
+        while not condition():
+            assert time.monotonic() < give_up_s, f"{what}: not within {bound_s} s"
+            self.step()
+
     def steps_until(self, ended: "Hostile", bound_s: float = 60.0) -> list[float]:
         """Steps until the other program has ended."""
         times, give_up_s = [], time.monotonic() + bound_s
@@ -62,14 +70,18 @@ class Hostile:
     def __init__(self, name: str, *arguments: str) -> None:
         self.name = name
         command = [sys.executable, str(Path(__file__).with_name("hostile.py")), name, *arguments]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, bufsize=0)
 
     def says(self) -> str:
         """The next line that it prints."""
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
         assert line, f"{self.name} ended with {self.process.wait()}"
-        return line.strip()
+        return line.decode().strip()
+
+    def has_spoken(self) -> bool:
+        """Whether a line that it has printed waits to be read."""
+        return bool(select.select([self.process.stdout], [], [], 0.0)[0])
 
 
 @contextmanager

@@ -28,7 +28,8 @@ def under(attack: str, times: list[float]) -> None:
 @pytest.mark.parametrize("pattern", ["pdn/good/v1/out/*", "pdn/good/v1/in/*", "**"])
 def test_a_listener_that_never_reads(target: Daemon, good: Good, pattern: str) -> None:
     with hostile("never_reads", target.endpoint, pattern) as client:
-        good.step()
+        # Its subscription takes a moment to arrive.
+        good.step_until(client.has_spoken, "the listener heard something")
         assert client.says() == "blocked"
         # Each is refused aloud, which fills what stands between the daemon and the listener.
         with hostile("sends_rubbish", target.endpoint, "good", "150000") as flood:

@@ -325,6 +325,25 @@ def test_too_many_acknowledgements_do_no_harm(monkeypatch: pytest.MonkeyPatch) -
     assert planner.applied == expected(1000)
 
 
+def test_refusals_without_end_do_not_keep_events_from_going_out() -> None:
+    planner, ended = Planner(), threading.Event()
+    with sending(planner, raises=False) as sender:
+
+        def another() -> None:
+            sender.rejected(Problem("invalid", "rubbish of somebody else", None))
+            if not ended.is_set():
+                sender.hand_over(another)
+
+        another()
+        try:
+            for _ in range(100):
+                post(sender)
+            sender.flush(PATIENCE_S)
+        finally:
+            ended.set()
+    assert planner.applied == expected(100)
+
+
 # --- two programs, and one that is started again ---
 
 

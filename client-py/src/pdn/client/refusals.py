@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 
 from .errors import EventsRefused, ProblemLike
@@ -25,9 +26,11 @@ class Refusals:
     def __init__(self, counted: int, *, raises: bool) -> None:
         """Begins where the planner has counted `counted`; with `raises` refusals wait to be raised."""
         self.counted = counted
-        self.all: list[ProblemLike] = []
+        self.all: deque[ProblemLike] = deque(maxlen=KEPT)
+        self._recent: deque[tuple[str, int]] = deque()
+        self._known: set[tuple[str, int]] = set()
         self._raises = raises
-        self._unraised: list[ProblemLike] = []
+        self._unraised: deque[ProblemLike] = deque(maxlen=KEPT)
 
     def add(self, problem: ProblemLike) -> bool:
         """Takes in a refusal; True if it is a new one about an event's content."""
@@ -37,10 +40,9 @@ class Refusals:
             "conflict"
         }:  # Those consume no number, and the planner counts them not.
             self.counted += 1
-        if problem.seq is not None and self._known(problem):
+        if problem.seq is not None and not self._is_new(problem.code, problem.seq):
             return False
         self.all.append(problem)
-        del self.all[:-KEPT]
         if self._raises and problem.code not in FINAL:
             self._unraised.append(problem)
         return True
@@ -48,16 +50,26 @@ class Refusals:
     def raise_new(self) -> None:
         """Raises what has not been raised before, if there is any."""
         if self._unraised:
-            problems, self._unraised = self._unraised, []
-            raise EventsRefused(problems)
+            raise EventsRefused(self._take_unraised())
 
     def raise_unheard(self, counted_by_planner: int) -> None:
         """Raises, whatever the caller chose, if the planner has refused more events than were heard of."""
         unheard = counted_by_planner - self.counted
         if unheard > 0:
             self.counted = counted_by_planner
-            problems, self._unraised = self._unraised, []
-            raise EventsRefused(problems, unheard)
+            raise EventsRefused(self._take_unraised(), unheard)
 
-    def _known(self, problem: ProblemLike) -> bool:
-        return any((seen.code, seen.seq) == (problem.code, problem.seq) for seen in self.all[-WINDOW:])
+    def _take_unraised(self) -> list[ProblemLike]:
+        problems = list(self._unraised)
+        self._unraised.clear()
+        return problems
+
+    def _is_new(self, code: str, seq: int) -> bool:
+        """Whether this is not among the last `WINDOW` refusals of numbered events; from now on it is."""
+        if (code, seq) in self._known:
+            return False
+        self._known.add((code, seq))
+        self._recent.append((code, seq))
+        if len(self._recent) > WINDOW:
+            self._known.discard(self._recent.popleft())
+        return True

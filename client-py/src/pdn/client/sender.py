@@ -40,6 +40,10 @@ from .resuming import resumed
 BATCH = 64
 """Events sent between two looks at what came in."""
 
+NEWS_AT_ONCE = 64
+"""Acknowledgements and refusals read between two looks at what is to be sent: a flood of refusals, which
+anyone can cause by sending rubbish under this vehicle's keys, must not keep events from going out."""
+
 MAX_NEWS = 4096
 """Acknowledgements and refusals that may wait to be read; beyond, the planner is asked instead."""
 
@@ -222,7 +226,7 @@ class Sender:
     def _read_news(self) -> None:
         pause_s = self._pause_s()
         try:
-            while True:
+            for _ in range(NEWS_AT_ONCE):
                 work = self._news.get(timeout=pause_s)
                 pause_s = 0.0
                 try:
