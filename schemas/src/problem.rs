@@ -76,6 +76,9 @@ codes! {
     Singular "singular":
         "With this event the graph would not determine every pose.",
         "Tie the keyframe that the message names by a prior, odometry or relative factor.";
+    Contradiction "contradiction":
+        "The measurement lies so far from what the graph says of its keyframes that it cannot be true.",
+        "Check how it was made; a robust loss for its kind in the configuration weighs outliers down instead.";
     Limit "limit":
         "A bound on counts is reached; `limits` names it.",
         "The message names the bound; if it is events that wait, send the missing ones first.";

@@ -89,6 +89,8 @@ EVENTS = {
     "link with an unknown keyframe": ("unknown_keyframe", ("link", {"from": 1, "to": 77, "registered": True})),
     "link with itself": ("invalid", ("link", {"from": 1, "to": 1, "registered": True})),
     "infinite depth": ("invalid", factor("depth", DEPTH, depth_m=float("inf"))),
+    "a loop closure wrong by 100 m": ("contradiction", factor("relative", ODOMETRY, to=2, relative={**UNIT, "translation": [100.0, 0.0, 0.0]})),
+    "a depth wrong by 40 m": ("contradiction", factor("depth", DEPTH, depth_m=48.5)),
     "depth not a number": ("invalid", factor("depth", DEPTH, depth_m=float("nan"))),
 }  # fmt: skip
 

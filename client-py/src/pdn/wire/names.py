@@ -171,6 +171,12 @@ class Code(StrEnum):
     Tie the keyframe that the message names by a prior, odometry or relative factor.
     """
 
+    CONTRADICTION = "contradiction"
+    """The measurement lies so far from what the graph says of its keyframes that it cannot be true.
+
+    Check how it was made; a robust loss for its kind in the configuration weighs outliers down instead.
+    """
+
     LIMIT = "limit"
     """A bound on counts is reached; `limits` names it.
 

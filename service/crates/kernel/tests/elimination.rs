@@ -2,6 +2,7 @@
 
 mod support;
 
+use nalgebra::Matrix6;
 use pdn_kernel::elimination::{BlockSystem, Candidates, Elimination, LinkWeight, VirtualPath, Workspace};
 use pdn_kernel::{KernelError, Node};
 use support::*;
@@ -41,6 +42,35 @@ fn solution_and_marginals_equal_the_dense_inverse() {
             let difference = scaled_difference(&alone, &wanted);
             assert!(difference <= TOLERANCE, "{what}, node {node} alone: {difference:e}");
         }
+    });
+}
+
+#[test]
+fn combined_covariances_equal_the_dense_inverse() {
+    each_system(200, |system, random, what| {
+        let (matrix, _) = dense(&system);
+        let covariance = inverse(matrix);
+        let elimination = Elimination::of(system).expect(&what);
+        let nodes = elimination.len();
+        for count in [1, 2, 3] {
+            // Also nodes that come twice, and two of one front.
+            let terms: Vec<(Node, Matrix6<f64>)> = (0..count)
+                .map(|_| {
+                    let node = Node((random.unit() * nodes as f64) as u32);
+                    (node, Matrix6::from_fn(|_, _| 2.0 * random.unit() - 1.0))
+                })
+                .collect();
+            let mut wanted = Matrix6::zeros();
+            for (one, left) in &terms {
+                for (other, right) in &terms {
+                    wanted += left * block(&covariance, one.index(), other.index()) * right.transpose();
+                }
+            }
+            let found = elimination.combined_covariance(&terms).expect(&what);
+            let difference = scaled_difference(&found, &wanted);
+            assert!(difference <= TOLERANCE, "{what}, {terms:?}: {difference:e}");
+        }
+        assert!(elimination.combined_covariance(&[(Node(nodes as u32), Matrix6::identity())]).is_err());
     });
 }
 

@@ -4,10 +4,12 @@
 use crate::change::{Change, Measurement, NewKeyframe};
 use crate::convert;
 use crate::error::StateError;
+use crate::fold::Foresight;
 use crate::limits::Limits;
 use crate::offered::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
+use pdn_kernel::smoother::Smoother;
 use pdn_kernel::{Factor, FactorKind, Node};
 use pdn_planning::{OdometryStep, Saliency};
 use std::collections::{BTreeMap, BTreeSet};
@@ -65,17 +67,41 @@ enum Undo {
 
 /// What decides whether a measurement between keyframes of the graph can be one.
 pub(crate) enum Judge<'a> {
-    /// The pose of each node as it is estimated now.
-    Estimate(&'a dyn Fn(Node, &[Addition]) -> Pose),
+    /// What is believed of each keyframe now.
+    Belief(&'a Smoother, &'a mut Foresight),
     /// What was refused when the event was new. First estimates are not wanted.
     History(&'a BTreeSet<u64>),
 }
 
 impl Judge<'_> {
-    fn pose(&self, node: Node, additions: &[Addition]) -> Pose {
+    fn pose(&mut self, node: Node, additions: &[Addition]) -> Pose {
         match self {
-            Judge::Estimate(pose_of) => pose_of(node, additions),
+            Judge::Belief(smoother, foresight) => foresight.pose(smoother, node, additions),
             Judge::History(_) => Pose::identity(),
+        }
+    }
+
+    /// Whether an event's measurement of keyframes that are in the graph can be true.
+    fn judge(
+        &mut self,
+        seq: u64,
+        measurement: &Measurement,
+        factor: &Factor,
+        additions: &[Addition],
+    ) -> Result<(), StateError> {
+        let (smoother, foresight) = match self {
+            Judge::Belief(smoother, foresight) => (smoother, foresight),
+            Judge::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
+            Judge::History(_) => return Ok(()),
+        };
+        let told = |error| convert::error::measurement(measurement, error);
+        let (first, second) = factor.nodes();
+        let first = foresight.pose(smoother, first, additions);
+        let second = second.map(|node| foresight.pose(smoother, node, additions));
+        factor.validate_geometry(&first, second.as_ref()).map_err(told)?;
+        match foresight.contradiction(smoother, factor, additions).map_err(told)? {
+            None => Ok(()),
+            Some(distance) => Err(StateError::contradiction(measurement, distance)),
         }
     }
 }
@@ -92,7 +118,7 @@ impl Book {
         change: &Change,
         settings: &Settings,
         limits: &Limits,
-        judge: &Judge,
+        judge: &mut Judge,
         additions: &mut Vec<Addition>,
     ) -> Result<Vec<Refusal>, StateError> {
         match change {

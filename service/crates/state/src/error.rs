@@ -1,5 +1,7 @@
 //! Why an event, a command or a question is refused: what is wrong, where, and what to do.
 
+use crate::change::Measurement;
+use crate::fold::CONTRADICTION;
 use crate::journal::JournalError;
 use crate::lifecycle::{how_to_run, name};
 use crate::vehicle::Absence;
@@ -207,6 +209,18 @@ pub enum StateError {
         /// What it must not fall below, m.
         min_baseline_m: f64,
     },
+    /// A measurement that lies too far from what the graph says of its keyframes.
+    #[error("{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe {keyframes}, more than {bound:.0}, and is left out; check how it was made, or set {loss} of the mission if its kind has such outliers: they are then weighed down instead", bound = CONTRADICTION)]
+    Contradiction {
+        /// Path of the field.
+        field: String,
+        /// Its keyframes, for a person.
+        keyframes: String,
+        /// Mahalanobis distance, the measurement's noise and the belief's together.
+        distance: f64,
+        /// The field of the configuration that sets a robust loss for the kind.
+        loss: String,
+    },
     /// Something that the contract names and this release does not do.
     #[error("{field}: {problem}")]
     Unsupported {
@@ -235,6 +249,18 @@ pub enum StateError {
 }
 
 impl StateError {
+    /// A measurement that lies so many standard deviations from the graph.
+    pub(crate) fn contradiction(measurement: &Measurement, distance: f64) -> StateError {
+        let kind = measurement.kind().name();
+        let (first, second) = measurement.keyframes();
+        StateError::Contradiction {
+            field: format!("factor.{kind}"),
+            keyframes: second.map_or(first.to_string(), |second| format!("{first} and {second}")),
+            distance,
+            loss: format!("robust.{kind}"),
+        }
+    }
+
     /// The stable code of the contract.
     pub fn code(&self) -> Code {
         match self {
@@ -261,6 +287,7 @@ impl StateError {
             StateError::UnknownKeyframe { .. } => Code::UnknownKeyframe,
             StateError::DegenerateBaseline { .. } => Code::DegenerateBaseline,
             StateError::Unsupported { .. } => Code::Unsupported,
+            StateError::Contradiction { .. } => Code::Contradiction,
             StateError::Singular { .. } => Code::Singular,
             StateError::Stopped => Code::Deadline,
             StateError::Internal { .. } => Code::Internal,

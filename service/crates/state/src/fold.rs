@@ -18,15 +18,16 @@ use crate::settings::Settings;
 use crate::survey::Progress;
 use crate::trail::{Moved, Trail};
 use crate::view::{RobotNow, View};
-use pdn_kernel::se3::Pose;
+use pdn_kernel::KernelError;
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
-use pdn_kernel::{KernelError, Node};
 use pdn_planning::LinkModel;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+mod foresight;
 mod relive;
 
+pub(crate) use foresight::{CONTRADICTION, Foresight};
 pub(crate) use relive::Relived;
 
 /// Between settlings a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
@@ -76,6 +77,7 @@ pub struct Fold {
 struct Group {
     changes: Vec<(u64, Change)>,
     additions: Vec<Addition>,
+    foresight: Foresight,
     refused: BTreeSet<u64>,
 }
 
@@ -162,20 +164,9 @@ impl Fold {
 
     fn note(&mut self, seq: u64, change: Change) -> Result<Vec<Refusal>, StateError> {
         self.step_back();
-        let smoother = &self.smoother;
-        let pose_of = |node: Node, additions: &[Addition]| {
-            let entered = additions.iter().filter_map(|addition| match addition {
-                Addition::Keyframe(pose) => Some(*pose),
-                Addition::Factor(_) => None,
-            });
-            match node.index().checked_sub(smoother.len()) {
-                None => smoother.estimate(node),
-                Some(index) => entered.clone().nth(index).unwrap_or_else(Pose::identity),
-            }
-        };
-        let (settings, additions) = (&self.settings, &mut self.group.additions);
-        let judge = Judge::Estimate(&pose_of);
-        let mut late = self.book.note(seq, &change, settings, &self.limits, &judge, additions)?;
+        let Group { additions, foresight, .. } = &mut self.group;
+        let mut judge = Judge::Belief(&self.smoother, foresight);
+        let mut late = self.book.note(seq, &change, &self.settings, &self.limits, &mut judge, additions)?;
         late.retain(|refusal| self.group.refused.insert(refusal.seq));
         self.group.changes.push((seq, change));
         (self.robot, self.view) = (None, None);

@@ -104,6 +104,13 @@ impl Elimination {
         Ok(marginals::marginal(&self.tree, node.0))
     }
 
+    /// Covariance of the sum of J delta over these nodes, each with its J: J Lambda^-1 J^T of the row of all J. Cost: the
+    /// ways from the nodes to the root. Errors: [`KernelError::UnknownNode`].
+    pub fn combined_covariance(&self, terms: &[(Node, Matrix6<f64>)]) -> Result<Matrix6<f64>, KernelError> {
+        terms.iter().try_for_each(|(node, _)| self.check(*node))?;
+        Ok(marginals::combined(&self.tree, terms))
+    }
+
     /// Covariance of each node, in their order. Cost: about two eliminations.
     pub fn marginals(&self) -> Vec<Matrix6<f64>> {
         let mut covariances = vec![Matrix6::zeros(); self.len()];

@@ -1,6 +1,6 @@
 //! Covariances of keyframes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -10,13 +10,20 @@ use super::takahashi::FrontCovariance;
 use super::tree::Tree;
 use crate::Node;
 
-/// Covariance of one node. With Lambda = L L^T and E the node's six unit columns it is Y^T Y for Y = L^-1 E, and Y
-/// is zero but on the way from the node's front to its root.
+/// Covariance of one node: its 6x6 block of the inverse.
 pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
+    combined(tree, &[(Node(node), Matrix6::identity())])
+}
+
+/// Covariance of the sum of J_k delta_k. With Lambda = L L^T and B the columns that hold each J_k^T in the rows of its
+/// node it is Y^T Y for Y = L^-1 B, and Y is zero but on the ways from the nodes' fronts to the roots.
+pub(super) fn combined(tree: &Tree, terms: &[(Node, Matrix6<f64>)]) -> Matrix6<f64> {
     let mut covariance = Matrix6::zeros();
-    let mut values: BTreeMap<u32, Matrix6<f64>> = BTreeMap::from([(node, Matrix6::identity())]);
-    let mut id = tree.front_of(node);
-    while id != NONE {
+    let mut values: BTreeMap<u32, Matrix6<f64>> = BTreeMap::new();
+    for (node, jacobian) in terms {
+        *values.entry(node.0).or_insert_with(Matrix6::zeros) += jacobian.transpose();
+    }
+    for id in ways(tree, terms) {
         let front = tree.front(id);
         let shape = &front.shape;
         let (rows, frontal) = (shape.rows(), shape.frontal_rows());
@@ -49,10 +56,25 @@ pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
             }));
             values.insert(row_id, block);
         }
-        id = tree.parent(id);
     }
     covariance.fill_upper_triangle_with_lower_triangle();
     covariance
+}
+
+/// The fronts of these nodes and all above them, each before its parent.
+fn ways(tree: &Tree, terms: &[(Node, Matrix6<f64>)]) -> Vec<u32> {
+    let (mut seen, mut order) = (BTreeSet::new(), Vec::new());
+    for (node, _) in terms {
+        let mut way = Vec::new();
+        let mut id = tree.front_of(node.0);
+        while id != NONE && seen.insert(id) {
+            way.push(id);
+            id = tree.parent(id);
+        }
+        way.append(&mut order); // what is new ends below what is there already
+        order = way;
+    }
+    order
 }
 
 /// Covariances of nodes, by the roots down: each front hands its children what they share with it. With `wanted`

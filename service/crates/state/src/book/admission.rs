@@ -18,7 +18,7 @@ impl Book {
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        judge: &Judge,
+        judge: &mut Judge,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         if self.is_placeable(measurement) {
@@ -39,7 +39,7 @@ impl Book {
     pub(super) fn flush(
         &mut self,
         settings: &Settings,
-        judge: &Judge,
+        judge: &mut Judge,
         additions: &mut Vec<Addition>,
     ) -> Vec<Refusal> {
         let mut refused = Vec::new();
@@ -70,7 +70,7 @@ impl Book {
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        judge: &Judge,
+        judge: &mut Judge,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         let (first, second) = measurement.keyframes();
@@ -88,17 +88,7 @@ impl Book {
                 let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
                 self.enter(keyframe, sent.unwrap_or_else(tied), additions);
             }
-            None => match judge {
-                Judge::Estimate(pose_of) => {
-                    let poses = nodes.map(|node| pose_of(node, additions));
-                    let geometry = factor.validate_geometry(&poses[0], second.map(|_| &poses[1]));
-                    geometry.map_err(|error| convert::error::measurement(measurement, error))?;
-                }
-                Judge::History(refused) if refused.contains(&seq) => {
-                    return Err(StateError::NotReady);
-                }
-                Judge::History(_) => {}
-            },
+            None => judge.judge(seq, measurement, &factor, additions)?,
         }
         self.join(measurement, factor, additions);
         Ok(())

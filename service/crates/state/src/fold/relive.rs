@@ -104,9 +104,9 @@ impl Fold {
                 let _ = self.learn(from, to, registered);
                 continue;
             }
-            let judge = Judge::History(&relived.refused);
+            let mut judge = Judge::History(&relived.refused);
             let additions = &mut relived.additions;
-            let _ = self.book.note(seq, &change, &self.settings, &self.limits, &judge, additions);
+            let _ = self.book.note(seq, &change, &self.settings, &self.limits, &mut judge, additions);
         }
         self.book.settle();
     }

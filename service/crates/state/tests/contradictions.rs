@@ -1,0 +1,190 @@
+//! Measurements that cannot be true: told apart from what is believed, refused by themselves, and nothing else disturbed.
+
+mod support;
+
+use pdn_schemas::config::{FirstKeyframeSigmas, Loss, MissionConfig};
+use pdn_schemas::event::FactorKind;
+use pdn_schemas::problem::Code;
+use pdn_schemas::shared::Pose;
+use pdn_state::{Limits, Offered, Operation, Vehicle};
+use support::{
+    LINES, PER_LINE, Script, bits, config, diagonal, level, mission, place, pool, running, script,
+};
+
+const LAST: u64 = LINES * PER_LINE - 1;
+const CLOSE: [f64; 6] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
+
+fn refusals(offered: &Offered) -> Vec<(u64, Code, String)> {
+    let told = |refusal: &pdn_state::Refusal| (refusal.seq, refusal.error.code(), refusal.error.to_string());
+    offered.refused.iter().map(told).collect()
+}
+
+fn running_with(config: MissionConfig) -> Vehicle {
+    let mut vehicle = Vehicle::new(Limits::default());
+    vehicle.configure(config, 1).expect("a valid configuration");
+    vehicle.command(None, Operation::Start, "", 2).expect("configured missions can start");
+    vehicle
+}
+
+/// A loop closure from the last keyframe to the first, wrong by so much.
+fn closure(error_m: [f64; 3]) -> FactorKind {
+    let relative = [0, 1, 2].map(|axis| place(0)[axis] - place(LAST)[axis] + error_m[axis]);
+    FactorKind::Relative { from: LAST, to: 0, relative: level(relative), covariance: diagonal(CLOSE) }
+}
+
+/// Measurements of the last keyframe that lie so far off.
+fn absurd() -> Vec<(&'static str, FactorKind)> {
+    let covariance = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let turned = Pose { translation: place(LAST), rotation: [0.0, 0.0, 1.0, 0.0] };
+    vec![
+        ("relative", closure([0.0, 100.0, 0.0])),
+        ("relative", closure([3.0, 0.0, 0.0])),
+        ("position", FactorKind::Position { keyframe: LAST, position: [99.0, 0.0, 8.5], covariance }),
+        ("depth", FactorKind::Depth { keyframe: LAST, depth_m: 18.0, variance_m2: 4e-4 }),
+        (
+            "attitude",
+            FactorKind::Attitude {
+                keyframe: LAST,
+                rotation: [1.0, 0.0, 0.0, 0.0],
+                tilt_variance_rad2: 2e-5,
+                heading_variance_rad2: None,
+            },
+        ),
+        ("prior", FactorKind::Prior { keyframe: LAST, pose: turned, covariance: diagonal([1e-2; 6]) }),
+        (
+            "odometry",
+            FactorKind::Odometry {
+                from: LAST - 1,
+                to: LAST,
+                relative: level([0.0, 0.0, 30.0]),
+                covariance: diagonal(CLOSE),
+            },
+        ),
+    ]
+}
+
+/// A mission to its end and then this event; `settled` in a group of its own, after a question and another keyframe.
+fn with_last(factor: FactorKind, is_settled: bool) -> (Vehicle, Vec<(u64, Code, String)>) {
+    let (mut vehicle, mut script) = (running(), script("m"));
+    if is_settled {
+        script.keyframe(LAST + 1, None);
+    }
+    script.offer_all(&mut vehicle);
+    if is_settled {
+        mission(&mut vehicle).state();
+    }
+    script.factor(factor);
+    let offered = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let refused = refusals(&offered);
+    (vehicle, refused)
+}
+
+#[test]
+fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
+    for is_settled in [false, true] {
+        // Takes up the same number in the order, and is refused for another reason.
+        let nothing = FactorKind::Depth { keyframe: 9999, depth_m: 8.5, variance_m2: 1.0 };
+        let (mut without, refused) = with_last(nothing, is_settled);
+        assert_eq!(refused[0].1, Code::UnknownKeyframe);
+        for (kind, factor) in absurd() {
+            let (mut vehicle, refused) = with_last(factor, is_settled);
+            let [(_, Code::Contradiction, told)] = refused.as_slice() else {
+                panic!("{kind}, settled {is_settled}: {refused:?}")
+            };
+            for word in [format!("factor.{kind}"), LAST.to_string(), format!("robust.{kind}")] {
+                assert!(told.contains(&word), "{word} in: {told}");
+            }
+            let pool = pool(1);
+            assert_eq!(
+                bits(mission(&mut vehicle), &pool),
+                bits(mission(&mut without), &pool),
+                "{kind}, settled {is_settled}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_only_unlikely_is_taken() {
+    // Sigmas of the closure are 0.1 m; half a metre is what an odd registration or covariance may come to.
+    for is_settled in [false, true] {
+        for factor in [closure([0.0; 3]), closure([0.5, -0.5, 0.3])] {
+            assert_eq!(with_last(factor, is_settled).1, []);
+        }
+    }
+}
+
+#[test]
+fn a_kind_with_a_robust_loss_is_weighed_down_instead() {
+    let mut robust = config("m");
+    robust.robust.relative = Loss::Cauchy(2.385);
+    let mut vehicle = running_with(robust);
+    let mut script = script("m");
+    script.factor(closure([0.0, 100.0, 0.0]));
+    script.offer_all(&mut vehicle);
+    let graph = mission(&mut vehicle).begin_graph(None, false).run().expect("the graph is regular");
+    for keyframe in &graph.keyframes {
+        for axis in 0..3 {
+            // As without it: a few centimetres of noise.
+            let error_m = (keyframe.pose.translation[axis] - place(keyframe.id)[axis]).abs();
+            assert!(error_m < 0.1, "keyframe {}: {error_m} m", keyframe.id);
+        }
+    }
+}
+
+#[test]
+fn the_distance_is_that_of_all_noise_together() {
+    // Level steps of 1 m ahead. What is believed of the last depth: the prior's, three steps', and by their lever arms in
+    // metres all turns in pitch; the last step is told the other way round, and turns about where it comes from.
+    let (prior_m, step_m, depth_m) = (0.3_f64, 0.1_f64, 0.05_f64);
+    let (prior_deg, step_rad, levers_m) = (5.0_f64, 0.1_f64, [2.0_f64, 1.0, 1.0]);
+    let (steps, off_m) = (3_u64, 30.0);
+    for is_settled in [false, true] {
+        let mut below = config("m");
+        below.first_keyframe_sigmas =
+            Some(FirstKeyframeSigmas { translation_m: [prior_m; 3], rotation_deg: [prior_deg; 3] });
+        let mut vehicle = running_with(below);
+        let mut script = Script::new("m");
+        script.keyframe(0, Some(level([0.0; 3])));
+        for id in 1..=steps {
+            script.keyframe(id, None);
+        }
+        for id in 1..=steps {
+            let backwards = id == steps;
+            let (from, to) = if backwards { (id, id - 1) } else { (id - 1, id) };
+            let relative = level([if backwards { -1.0 } else { 1.0 }, 0.0, 0.0]);
+            let turn = step_rad * step_rad;
+            let variances = [1e-2, 1e-2, step_m * step_m, turn, turn, turn];
+            script.factor(FactorKind::Odometry { from, to, relative, covariance: diagonal(variances) });
+        }
+        if is_settled {
+            script.keyframe(steps + 1, None);
+        }
+        script.offer_all(&mut vehicle);
+        script.factor(FactorKind::Depth { keyframe: steps, depth_m: off_m, variance_m2: depth_m * depth_m });
+        let refused = refusals(&vehicle.offer(script.events[script.events.len() - 1].clone()));
+        let turns_m2 = (steps as f64 * prior_deg.to_radians()).powi(2)
+            + levers_m.map(|lever| (lever * step_rad).powi(2)).iter().sum::<f64>();
+        let variance_m2 = prior_m * prior_m + steps as f64 * step_m * step_m + depth_m * depth_m + turns_m2;
+        let wanted = format!("lies {:.0} standard deviations", off_m / variance_m2.sqrt());
+        assert!(refused[0].2.contains(&wanted), "{wanted}, settled {is_settled}: {refused:?}");
+    }
+}
+
+#[test]
+fn one_that_waited_is_blamed_itself_when_its_keyframe_enters() {
+    let (mut vehicle, mut script) = (running(), script("m"));
+    script.keyframe(LAST + 1, None);
+    script.factor(FactorKind::Depth { keyframe: LAST + 1, depth_m: 50.0, variance_m2: 4e-4 });
+    let absurd = script.seq() - 1;
+    script.factor(FactorKind::Depth { keyframe: LAST + 1, depth_m: 8.5, variance_m2: 4e-4 });
+    script.offer_all(&mut vehicle);
+    let before = mission(&mut vehicle).state().factors;
+    script.odometry(LAST, LAST + 1);
+    let offered = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let refused: Vec<(u64, Code)> =
+        refusals(&offered).into_iter().map(|(seq, code, _)| (seq, code)).collect();
+    assert_eq!(refused, [(absurd, Code::Contradiction)]);
+    let state = mission(&mut vehicle).state();
+    assert_eq!((state.factors, state.robot.expect("tied").keyframe), (before + 2, LAST + 1));
+}
