@@ -29,6 +29,9 @@ pub fn recover_all(settings: &Settings) -> Result<Vec<Returned>, JournalError> {
     let Some(journals) = settings.journals() else { return Ok(Vec::new()) };
     let mut all = Vec::new();
     for id in journals.vehicles()? {
+        if let Err(error) = journals.remove_unfinished(id.as_str()) {
+            tracing::warn!(vehicle = %id, %error, "what an earlier run left unfinished cannot be removed");
+        }
         let kept = journals.missions(id.as_str())?;
         if !kept.is_empty() {
             all.push(recover_vehicle(id, &kept, settings));

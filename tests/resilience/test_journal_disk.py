@@ -270,6 +270,19 @@ def test_a_state_directory_that_cannot_be_written_stops_the_start(tmp_path: Path
     assert "--state-dir" in started.stderr
 
 
+def test_what_a_killed_daemon_had_only_begun_to_make_is_removed(tmp_path: Path) -> None:
+    journal = stopped_mission(tmp_path)
+    left = [journal.with_suffix(".new"), journal.with_name("000007-another.new")]
+    for path in left:
+        path.write_bytes(b"half a jour")
+    running = start_daemon(tmp_path)
+    with open_session(running.endpoint) as session:
+        assert JsonVehicle(session, "auv", "m").ask("rpc/mission")["phase"] == "held"
+    assert running.stop() == 0
+    assert not any(path.exists() for path in left)
+    assert journal.exists()
+
+
 def test_a_restart_in_order_goes_on(tmp_path: Path) -> None:
     journal = stopped_mission(tmp_path)
     assert journal.with_suffix(".checkpoint").exists()

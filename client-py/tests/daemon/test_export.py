@@ -125,3 +125,10 @@ def test_what_cannot_be_exported_is_told(daemon: Daemon, tmp_path: Path) -> None
     refused = runner.invoke(build(), command)
     assert refused.exit_code == 1
     assert str(foreign) in refused.stderr
+    other = tmp_path / "pdnd"
+    for script, told in (("echo pdnd 9.9.9", "of release 9.9.9"), ("true", "no pdnd")):
+        other.write_text(f"#!/bin/sh\n{script}\n")
+        other.chmod(0o755)
+        refused = runner.invoke(build(), [*command[:-1], str(other)])
+        assert refused.exit_code == 1
+        assert told in refused.stderr

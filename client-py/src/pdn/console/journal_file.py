@@ -10,6 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pdn import __version__
+
 from .failures import CommandFailed
 
 Json = dict[str, Any]
@@ -64,6 +66,7 @@ def read_journal(path: Path, program: Path) -> Journal:
     """Reads a whole journal; raises ``CommandFailed`` with the program's own words."""
     if not path.is_file():
         raise CommandFailed(f"there is no journal {path}")
+    _check_release(program)
     lines = _ask(program, path, "--json").splitlines()
     records: list[Record] = []
     at_ns = 0
@@ -81,15 +84,31 @@ def _answer(program: Path, path: Path, question: str) -> Json:
     return answer
 
 
+def _check_release(program: Path) -> None:
+    """A daemon of another release may tell its journals in other words."""
+    theirs = _run(program, "--version").stdout.split()[-1:]
+    if theirs != [__version__]:
+        name = f"of release {theirs[0]}" if theirs else "no pdnd"
+        raise CommandFailed(
+            f"the program {program} is {name}, this client is of {__version__}; "
+            "name the pdnd of the same release with --pdnd or PDND_BINARY"
+        )
+
+
 def _ask(program: Path, path: Path, *arguments: str) -> str:
+    done = _run(program, "journal", str(path), *arguments)
+    if done.returncode != 0:
+        raise CommandFailed(done.stderr.strip().removeprefix("pdnd: ") or f"{program} failed on {path}")
+    return done.stdout
+
+
+def _run(program: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     found = str(program.resolve()) if program.is_file() else shutil.which(str(program))
     if found is None:
         raise CommandFailed(
             f"the daemon's program {program} is not there; name it with --pdnd or PDND_BINARY"
         )
-    done = subprocess.run(
-        [found, "journal", str(path), *arguments], capture_output=True, text=True, check=False
-    )
-    if done.returncode != 0:
-        raise CommandFailed(done.stderr.strip().removeprefix("pdnd: ") or f"{program} failed on {path}")
-    return done.stdout
+    try:
+        return subprocess.run([found, *arguments], capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise CommandFailed(f"the daemon's program {program} cannot be run: {error.strerror}") from error

@@ -79,6 +79,21 @@ impl Journals {
         Ok(kept)
     }
 
+    /// Removes what an earlier process had begun to make for a vehicle when it ended. Nobody may be making any: a daemon
+    /// does it once, at its start, when it has the directory to itself.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn remove_unfinished(&self, vehicle: &str) -> Result<(), JournalError> {
+        let directory = self.root.join(vehicle);
+        for path in names(&directory)?.into_iter().map(|name| directory.join(name)) {
+            if path.extension().is_some_and(|extension| extension == UNFINISHED) {
+                fs::remove_file(&path)?;
+            }
+        }
+        Ok(())
+    }
+
     /// The file of a mission's journal.
     pub fn path(&self, vehicle: &str, ordinal: u64, mission: &str) -> PathBuf {
         self.root.join(vehicle).join(format!("{ordinal:06}-{mission}.{EXTENSION}"))
