@@ -40,11 +40,9 @@ fn why_explore(
     }
     let exceeded =
         format!("Explore although the next step's uncertainty ratio {ratio:.3} exceeds the allowance");
-    let least = |figure: fn(&Candidate) -> f64| {
-        candidates.iter().min_by(move |one, other| figure(one).total_cmp(&figure(other)))
-    };
+    let best = candidates.iter().min_by(|one, other| one.penalty.total_cmp(&other.penalty));
     let salient = |saliency: f64| saliency >= snapshot.settings.waypoint_local_saliency;
-    match least(|candidate| candidate.penalty) {
+    match best {
         None if !snapshot.keyframes.iter().any(|keyframe| salient(keyframe.saliency.local)) => {
             format!("{exceeded}: no keyframe is salient enough to revisit")
         }
@@ -57,10 +55,10 @@ fn why_explore(
             format!("{exceeded}: no waypoint that can be reached is at least {least_m} m away")
         }
         None => format!("{exceeded}: no revisit was evaluated"),
-        Some(best) if best.uncertainty >= exploration.uncertainty => {
-            let lowest = least(|candidate| candidate.uncertainty).unwrap_or(best).uncertainty;
-            format!("{exceeded}: no revisit promises less, the best {lowest:.3}")
-        }
+        Some(best) if best.uncertainty >= exploration.uncertainty => format!(
+            "{exceeded}: the best revisit, candidate {} ({:.1} m away), promises {:.3}, which is no less",
+            best.candidate, best.one_way_m, best.uncertainty,
+        ),
         Some(best) => format!(
             "{exceeded}: the best revisit, candidate {} ({:.1} m away), promises {:.3} but is worth it only for \
              alpha above {:.3}",
