@@ -210,7 +210,7 @@ pub enum StateError {
         min_baseline_m: f64,
     },
     /// A measurement that lies too far from what the graph says of its keyframes.
-    #[error("{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe {keyframes}, more than {bound:.0}, and is left out; check how it was made, or set {loss} of the mission if its kind has such outliers: they are then weighed down instead", bound = CONTRADICTION)]
+    #[error("{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe {keyframes}, more than {bound:.0}, and is left out; check how it was made, and whether a step before it was false (then tie the next keyframe by a prior); with {loss} of the next mission its outliers are weighed down instead", bound = CONTRADICTION)]
     Contradiction {
         /// Path of the field.
         field: String,

@@ -193,6 +193,8 @@ impl Fold {
     fn mend(&mut self) {
         self.book.undo();
         let group = std::mem::take(&mut self.group);
+        // What waited and was refused by the group stays refused.
+        self.book.waiting.retain(|seq, _| !group.refused.contains(seq));
         let mut reported = group.refused;
         for (seq, change) in group.changes {
             let mut refused = Vec::new();

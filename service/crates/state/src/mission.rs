@@ -14,11 +14,17 @@ use crate::limits::Limits;
 use crate::offered::{Offered, Refusal};
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::limits::MAX_MISSING_RANGES;
+use pdn_schemas::problem::Code;
 use pdn_schemas::record::Configured;
 use pdn_schemas::reply::{Ack, CoverageReply, Health, IngestStatus, LinkModelReply, MissionState, Phase};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 mod history;
+
+/// The mission's health tells of contradictions once there are so many among so many last events: single outliers are
+/// what they are, but after a false step every true measurement is one.
+const LATE_EVENTS: u64 = 256;
+const MANY_CONTRADICTIONS: usize = 16;
 
 /// One mission of a vehicle.
 #[derive(Clone, Debug)]
@@ -39,6 +45,8 @@ pub struct Mission {
     group: Option<GroupStart>,
     /// What has been relived on the way to a checkpoint.
     relived: Option<Box<Relived>>,
+    /// Numbers of late events that contradict the graph.
+    contradictions: BTreeSet<u64>,
     /// What is wrong around the mission, by what it concerns.
     concerns: BTreeMap<&'static str, String>,
 }
@@ -81,6 +89,7 @@ impl Mission {
             chronicle: Chronicle::after(records + 1),
             group: None,
             relived: None,
+            contradictions: BTreeSet::new(),
             concerns: BTreeMap::new(),
         })
     }
@@ -178,10 +187,32 @@ impl Mission {
             Err(error) => vec![Refusal { seq, error }],
         };
         self.rejected += refused.len() as u64;
+        for refusal in &refused {
+            self.note_contradiction(refusal.seq, refusal.error.code());
+        }
         if self.fold.group_seq() == Some(seq) {
             self.group = Some(GroupStart { seq, record, rejected: self.rejected });
         }
         refused
+    }
+
+    fn note_contradiction(&mut self, seq: u64, code: Code) {
+        if code == Code::Contradiction {
+            self.contradictions.insert(seq);
+            self.contradictions = self.contradictions.split_off(&self.next_seq().saturating_sub(LATE_EVENTS));
+        }
+    }
+
+    /// Whether so much contradicts the graph that the graph may be wrong.
+    fn contradicted(&self) -> Option<String> {
+        let late = self.next_seq().saturating_sub(LATE_EVENTS);
+        let count = self.contradictions.range(late..).count();
+        (count >= MANY_CONTRADICTIONS).then(|| {
+            format!(
+                "{count} of the last {LATE_EVENTS} events contradict the graph and were left out: a step or prior before \
+                 them may be false; if so, tie the next keyframe by a prior, or complete this mission and configure another"
+            )
+        })
     }
 
     /// Prepares a decision: the mission's own, or a what-if.
@@ -261,6 +292,7 @@ impl Mission {
     pub fn state(&mut self) -> MissionState {
         let mut findings: Vec<String> = self.concerns.values().cloned().collect();
         findings.extend(self.fold.findings());
+        findings.extend(self.contradicted());
         let robot = self.fold.robot().unwrap_or_else(|error| {
             findings.push(error.to_string());
             None

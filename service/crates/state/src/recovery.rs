@@ -113,8 +113,9 @@ impl Folding {
         }
         match &entry {
             Entry::Refused(found) if self.checkpoint.is_none() => self.compare(found),
+            Entry::Refused(_) => {}
             Entry::Reopened(_) => self.expected.clear(), // a crash may have kept some from being recorded
-            _ => {}
+            _ => self.miss_none(),                       // refusals are recorded right behind their event
         }
         let Some(mission) = &mut self.mission else {
             return Err("the mission was not configured before it".to_owned());
@@ -153,6 +154,16 @@ impl Folding {
         }
         self.mission = Some(mission);
         Ok(())
+    }
+
+    /// Whatever came out as refused must have been recorded by now.
+    fn miss_none(&mut self) {
+        if let (Some(problem), None) = (self.expected.front(), &self.differs) {
+            let (seq, message) = (problem.seq, &problem.message);
+            self.differs =
+                Some(format!("event {seq:?}: recorded \"not refused\", with {SOFTWARE} \"{message}\""));
+        }
+        self.expected.clear();
     }
 
     /// A refusal as recorded against the one that came out; the last refusals of a crash may not have been recorded.

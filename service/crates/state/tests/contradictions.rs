@@ -188,3 +188,101 @@ fn one_that_waited_is_blamed_itself_when_its_keyframe_enters() {
     let state = mission(&mut vehicle).state();
     assert_eq!((state.factors, state.robot.expect("tied").keyframe), (before + 2, LAST + 1));
 }
+
+#[test]
+fn a_closure_that_a_loss_may_weigh_down_does_not_make_the_true_step_a_contradiction() {
+    let mut robust = config("m");
+    robust.robust.relative = Loss::Cauchy(2.385);
+    let mut vehicle = running_with(robust);
+    let mut script = script("m");
+    script.keyframe(LAST + 1, None);
+    let relative =
+        [0, 1, 2].map(|axis| place(LAST + 1)[axis] - place(0)[axis] + if axis == 1 { 100.0 } else { 0.0 });
+    let false_closure = FactorKind::Relative {
+        from: 0,
+        to: LAST + 1,
+        relative: level(relative),
+        covariance: diagonal(CLOSE),
+    };
+    script.factor(false_closure);
+    script.odometry(LAST, LAST + 1);
+    script.depth(LAST + 1);
+    script.offer_all(&mut vehicle);
+    let robot = mission(&mut vehicle).state().robot.expect("tied");
+    let error_m = (robot.pose.translation[1] - place(LAST + 1)[1]).abs();
+    assert!(robot.keyframe == LAST + 1 && error_m < 0.1, "{error_m} m");
+}
+
+/// A straight dive of 300 m with a heading of which 20 degrees (one sigma) are wrong, and then one true position.
+#[test]
+fn a_true_position_far_along_an_arc_is_taken() {
+    for off_deg in [0.0_f64, 20.0, 40.0, -40.0] {
+        let mut unsure = config("m");
+        unsure.first_keyframe_sigmas =
+            Some(FirstKeyframeSigmas { translation_m: [0.1; 3], rotation_deg: [0.1, 0.1, 20.0] });
+        let mut vehicle = running_with(unsure);
+        let mut script = Script::new("m");
+        script.keyframe(0, Some(level([0.0; 3])));
+        let steps = 60_u64;
+        for id in 1..=steps {
+            script.keyframe(id, None);
+            let covariance = diagonal([4e-4, 4e-4, 4e-4, 1e-8, 1e-8, 1e-8]);
+            script.factor(FactorKind::Odometry {
+                from: id - 1,
+                to: id,
+                relative: level([5.0, 0.0, 0.0]),
+                covariance,
+            });
+        }
+        let (sin, cos) = off_deg.to_radians().sin_cos();
+        let length_m = 5.0 * steps as f64;
+        let position = [length_m * cos, length_m * sin, 0.0];
+        let covariance = [0.25, 0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.25];
+        script.factor(FactorKind::Position { keyframe: steps, position, covariance });
+        script.offer_all(&mut vehicle);
+        let robot = mission(&mut vehicle).state().robot.expect("tied");
+        for (found, wanted) in robot.pose.translation.iter().zip(position) {
+            assert!(
+                (found - wanted).abs() < 2.0,
+                "{off_deg} degrees: {:?} for {position:?}",
+                robot.pose.translation
+            );
+        }
+    }
+}
+
+#[test]
+fn a_graph_that_much_contradicts_is_told_and_a_prior_is_the_way_out() {
+    let (mut vehicle, mut script) = (running(), script("m"));
+    let truth = |id: u64| [place(LAST)[0], place(LAST)[1] + 0.5 * (id - LAST) as f64, 8.5];
+    let step = |script: &mut Script, id: u64, error_m: f64| {
+        script.keyframe(id, None);
+        let relative = level([0.0, 0.5, error_m]);
+        let covariance = support::odometry_covariance();
+        script.factor(FactorKind::Odometry { from: id - 1, to: id, relative, covariance });
+    };
+    step(&mut script, LAST + 1, 30.0);
+    script.offer_all(&mut vehicle);
+    let mut id = LAST + 1;
+    while mission(&mut vehicle).state().health.ok {
+        assert!(id < LAST + 60, "told by now");
+        id += 1;
+        let from = script.events.len();
+        step(&mut script, id, 0.0);
+        script.depth(id);
+        script.events[from..].iter().for_each(|event| drop(vehicle.offer(event.clone())));
+    }
+    let told = mission(&mut vehicle).state().health.findings.join(" ");
+    assert!(told.contains("16 of the last 256 events contradict the graph"), "{told}");
+
+    id += 1;
+    let from = script.events.len();
+    script.keyframe(id, None);
+    script.factor(FactorKind::Prior { keyframe: id, pose: level(truth(id)), covariance: diagonal(CLOSE) });
+    script.depth(id);
+    for event in &script.events[from..] {
+        assert_eq!(vehicle.offer(event.clone()).refused, []);
+    }
+    let robot = mission(&mut vehicle).state().robot.expect("tied");
+    assert!((robot.pose.translation[2] - 8.5).abs() < 0.1, "{:?}", robot.pose);
+}

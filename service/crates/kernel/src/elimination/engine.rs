@@ -1,6 +1,6 @@
 //! The elimination as its users see it.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use super::expected::{Ground, Workspace};
 use super::marginals;
@@ -104,11 +104,11 @@ impl Elimination {
         Ok(marginals::marginal(&self.tree, node.0))
     }
 
-    /// Covariance of the sum of J delta over these nodes, each with its J: J Lambda^-1 J^T of the row of all J. Cost: the
-    /// ways from the nodes to the root. Errors: [`KernelError::UnknownNode`].
-    pub fn combined_covariance(&self, terms: &[(Node, Matrix6<f64>)]) -> Result<Matrix6<f64>, KernelError> {
-        terms.iter().try_for_each(|(node, _)| self.check(*node))?;
-        Ok(marginals::combined(&self.tree, terms))
+    /// Covariance of these nodes together, in their order: their rows and columns of the inverse. Cost: the ways from the
+    /// nodes to the root. Errors: [`KernelError::UnknownNode`].
+    pub fn joint(&self, nodes: &[Node]) -> Result<DMatrix<f64>, KernelError> {
+        nodes.iter().try_for_each(|node| self.check(*node))?;
+        Ok(marginals::joint(&self.tree, nodes))
     }
 
     /// Covariance of each node, in their order. Cost: about two eliminations.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{DMatrix, Matrix6, Matrix6xX};
 
 use super::assembly::NONE;
 use super::dense;
@@ -12,27 +12,29 @@ use crate::Node;
 
 /// Covariance of one node: its 6x6 block of the inverse.
 pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
-    combined(tree, &[(Node(node), Matrix6::identity())])
+    joint(tree, &[Node(node)]).fixed_view::<6, 6>(0, 0).into_owned()
 }
 
-/// Covariance of the sum of J_k delta_k. With Lambda = L L^T and B the columns that hold each J_k^T in the rows of its
-/// node it is Y^T Y for Y = L^-1 B, and Y is zero but on the ways from the nodes' fronts to the roots.
-pub(super) fn combined(tree: &Tree, terms: &[(Node, Matrix6<f64>)]) -> Matrix6<f64> {
-    let mut covariance = Matrix6::zeros();
-    let mut values: BTreeMap<u32, Matrix6<f64>> = BTreeMap::new();
-    for (node, jacobian) in terms {
-        *values.entry(node.0).or_insert_with(Matrix6::zeros) += jacobian.transpose();
+/// Covariance of these nodes together, in their order. With Lambda = L L^T and E the nodes' unit columns it is Y^T Y for
+/// Y = L^-1 E, and Y is zero but on the ways from the nodes' fronts to the roots.
+pub(super) fn joint(tree: &Tree, nodes: &[Node]) -> DMatrix<f64> {
+    let size = 6 * nodes.len();
+    let mut covariance = DMatrix::zeros(size, size);
+    let mut values: BTreeMap<u32, Rows> = BTreeMap::new();
+    for (place, node) in nodes.iter().enumerate() {
+        let rows = values.entry(node.0).or_insert_with(|| Rows::zeros(size));
+        rows.fixed_view_mut::<6, 6>(0, 6 * place).fill_with_identity();
     }
-    for id in ways(tree, terms) {
+    for id in ways(tree, nodes) {
         let front = tree.front(id);
         let shape = &front.shape;
         let (rows, frontal) = (shape.rows(), shape.frontal_rows());
         let leading = dense::leading(rows);
         let ids = || shape.frontal.iter().chain(&shape.separator);
-        let mut columns = vec![0.0; 6 * leading];
+        let mut columns = vec![0.0; size * leading];
         for (place, row_id) in ids().enumerate() {
             if let Some(block) = values.remove(row_id) {
-                for column in 0..6 {
+                for column in 0..size {
                     let start = column * leading + 6 * place;
                     columns[start..start + 6].copy_from_slice(block.column(column).as_slice());
                 }
@@ -41,7 +43,7 @@ pub(super) fn combined(tree: &Tree, terms: &[(Node, Matrix6<f64>)]) -> Matrix6<f
         for column in columns.chunks_exact_mut(leading) {
             dense::forward(&front.factor, rows, column);
         }
-        for row in 0..6 {
+        for row in 0..size {
             for column in 0..=row {
                 let one = &columns[row * leading..row * leading + frontal];
                 let other = &columns[column * leading..column * leading + frontal];
@@ -50,21 +52,21 @@ pub(super) fn combined(tree: &Tree, terms: &[(Node, Matrix6<f64>)]) -> Matrix6<f
             }
         }
         for (place, &row_id) in ids().enumerate().skip(shape.frontal.len()) {
-            let block = Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|column| {
-                let start = column * leading + 6 * place;
-                Vector6::from_column_slice(&columns[start..start + 6])
-            }));
-            values.insert(row_id, block);
+            let at = |row, column| columns[column * leading + 6 * place + row];
+            values.insert(row_id, Rows::from_fn(size, at));
         }
     }
     covariance.fill_upper_triangle_with_lower_triangle();
     covariance
 }
 
+/// A node's rows of the columns that are solved for.
+type Rows = Matrix6xX<f64>;
+
 /// The fronts of these nodes and all above them, each before its parent.
-fn ways(tree: &Tree, terms: &[(Node, Matrix6<f64>)]) -> Vec<u32> {
+fn ways(tree: &Tree, nodes: &[Node]) -> Vec<u32> {
     let (mut seen, mut order) = (BTreeSet::new(), Vec::new());
-    for (node, _) in terms {
+    for node in nodes {
         let mut way = Vec::new();
         let mut id = tree.front_of(node.0);
         while id != NONE && seen.insert(id) {

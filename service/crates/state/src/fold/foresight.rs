@@ -5,15 +5,18 @@
 //! together. A kind that has a robust loss is not judged here: it is the loss that weighs false measurements down.
 
 use crate::book::Addition;
-use nalgebra::{Cholesky, Matrix6};
-use pdn_kernel::se3::Pose;
+use nalgebra::{Cholesky, DMatrix, Matrix6, SMatrix, SVector};
+use pdn_kernel::se3::{self, Pose};
 use pdn_kernel::smoother::Smoother;
-use pdn_kernel::{Factor, KernelError, Loss, Node};
+use pdn_kernel::{Factor, KernelError, Linearized, Loss, Node};
 
 /// A measurement farther than this from what is believed is refused, in standard deviations (Mahalanobis). It is far
-/// beyond chance (10 would be, for any number of dimensions): covariances that are too small by a factor of eight
-/// still pass in six dimensions.
+/// beyond chance (10 would be, for any number of dimensions): what comes of standard deviations that are too small by a
+/// factor of four still passes in six dimensions.
 pub(crate) const CONTRADICTION: f64 = 20.0;
+
+/// How often a measurement is linearised anew before it is refused.
+const ROUNDS: usize = 6;
 
 /// What is believed of the keyframes that have entered the graph with the present group; of all others the smoother
 /// knows.
@@ -54,7 +57,7 @@ impl Foresight {
     /// Cost: none where its own covariance alone explains it, else the ways from its keyframes to the root.
     ///
     /// # Errors
-    /// As of [`Factor::linearize`].
+    /// As of [`Elimination::joint`](pdn_kernel::elimination::Elimination::joint).
     pub(crate) fn contradiction(
         &mut self,
         smoother: &Smoother,
@@ -66,26 +69,16 @@ impl Foresight {
         }
         self.read(smoother, additions);
         let (first, second) = factor.nodes();
-        let first = self.belief(smoother, first);
-        let second = second.map(|node| self.belief(smoother, node));
-        let poses = (&first.world_from_body, second.as_ref().map(|belief| &belief.world_from_body));
-        let linear = factor.linearize(poses.0, poses.1)?;
-        if linear.residual.norm_squared() <= CONTRADICTION * CONTRADICTION {
+        let beliefs: Vec<Belief> =
+            std::iter::once(first).chain(second).map(|node| self.belief(smoother, node)).collect();
+        let within = CONTRADICTION * CONTRADICTION;
+        // Where it cannot be evaluated here it is for the solver to say.
+        let Some(linear) = linearized(factor, &beliefs, &Step::zeros()) else { return Ok(None) };
+        if linear.residual.norm_squared() <= within {
             return Ok(None);
         }
-        // The residual is noise - J_1 delta_1 - J_2 delta_2, whitened; rows that are not observed are zero in all.
-        // What two keyframes of the group have in common is counted as if it did not cancel.
-        let is_between = first.is_of_group() && second.as_ref().is_some_and(Belief::is_of_group);
-        let share = if is_between { 2.0 } else { 1.0 };
-        let (mut covariance, mut terms) = (Matrix6::identity(), Vec::new());
-        for (belief, jacobian) in std::iter::once(first).chain(second).zip(linear.jacobians) {
-            covariance += jacobian * belief.noise * jacobian.transpose() * share;
-            terms.extend(belief.anchor.map(|(node, by)| (node, jacobian * by)));
-        }
-        covariance += smoother.elimination().combined_covariance(&terms)?;
-        let distance = Cholesky::new(covariance)
-            .map_or(f64::INFINITY, |factor| linear.residual.dot(&factor.solve(&linear.residual)).sqrt());
-        Ok((distance > CONTRADICTION).then_some(distance))
+        let covariance = covariance(smoother, &beliefs)?;
+        Ok(least_distance_squared(factor, &beliefs, &covariance, linear, within).map(f64::sqrt))
     }
 
     /// Looks at what has been added since the last time.
@@ -95,7 +88,8 @@ impl Foresight {
             let node = Node((smoother.len() + self.entered.len()) as u32);
             // What ties a keyframe follows it.
             let belief = match additions.get(index + 1) {
-                Some(Addition::Factor(tie)) => self.tied(smoother, node, tie),
+                // One that a loss may weigh down is not relied on.
+                Some(Addition::Factor(tie)) if tie.loss() == Loss::None => self.tied(smoother, node, tie),
                 _ => None,
             };
             let unknown = Belief {
@@ -148,4 +142,69 @@ impl Belief {
     fn is_of_group(&self) -> bool {
         self.noise != Matrix6::zeros()
     }
+}
+
+/// Perturbations of one keyframe or two, [rho; phi] each; those of a second that there is not are zero.
+type Step = SVector<f64, 12>;
+
+/// What is believed of the keyframes together.
+fn covariance(smoother: &Smoother, beliefs: &[Belief]) -> Result<Joint, KernelError> {
+    let anchors: Vec<Node> =
+        beliefs.iter().filter_map(|belief| belief.anchor.map(|(node, _)| node)).collect();
+    let known = smoother.elimination().joint(&anchors)?;
+    let mut by = DMatrix::zeros(12, 6 * anchors.len());
+    let mut at = 0;
+    let mut covariance = Joint::zeros();
+    // What two keyframes of the group have in common is counted as if it did not cancel.
+    let share = if beliefs.len() == 2 && beliefs.iter().all(Belief::is_of_group) { 2.0 } else { 1.0 };
+    for (place, belief) in beliefs.iter().enumerate() {
+        if let Some((_, by_anchor)) = belief.anchor {
+            by.fixed_view_mut::<6, 6>(6 * place, at).copy_from(&by_anchor);
+            at += 6;
+        }
+        covariance.fixed_view_mut::<6, 6>(6 * place, 6 * place).copy_from(&(belief.noise * share));
+    }
+    covariance += &by * known * by.transpose();
+    Ok(covariance)
+}
+
+type Joint = SMatrix<f64, 12, 12>;
+
+/// The least of |r(delta)|^2 + delta^T S^-1 delta over delta, if it is beyond `within`. A turn that is believed possible
+/// moves far places along an arc, so the measurement is linearised anew where it and the belief have met.
+fn least_distance_squared(
+    factor: &Factor,
+    beliefs: &[Belief],
+    covariance: &Joint,
+    mut linear: Linearized,
+    within: f64,
+) -> Option<f64> {
+    let mut step = Step::zeros();
+    let mut least = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let mut jacobian = SMatrix::<f64, 6, 12>::zeros();
+        jacobian.fixed_view_mut::<6, 6>(0, 0).copy_from(&linear.jacobians[0]);
+        jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(&linear.jacobians[1]);
+        // r(delta) = r + J (delta - step); rows that are not observed are zero in all.
+        let offset = linear.residual - jacobian * step;
+        let spread = Matrix6::identity() + jacobian * covariance * jacobian.transpose();
+        let weighed = Cholesky::new(spread)?.solve(&offset);
+        let distance = offset.dot(&weighed);
+        if !(distance > within) {
+            return None;
+        }
+        least = least.min(distance);
+        step = -(covariance * jacobian.transpose() * weighed);
+        linear = linearized(factor, beliefs, &step)?;
+    }
+    Some(least)
+}
+
+/// The measurement at the beliefs moved by a step; none where it cannot be evaluated.
+fn linearized(factor: &Factor, beliefs: &[Belief], step: &Step) -> Option<Linearized> {
+    let moved = |place: usize| {
+        let belief: &Belief = beliefs.get(place)?;
+        Some(belief.world_from_body * se3::exp(&step.fixed_rows::<6>(6 * place).into_owned()))
+    };
+    factor.linearize(&moved(0)?, moved(1).as_ref()).ok()
 }

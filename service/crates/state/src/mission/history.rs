@@ -9,7 +9,7 @@ use crate::history::{Entry, Record, SOFTWARE};
 use crate::ingest::Arrival;
 use crate::lifecycle::{self, Operation};
 use crate::offered::Refusal;
-use pdn_schemas::problem::Problem;
+use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::record::{CommandTaken, Configured, DecisionTaken, Reopened};
 use pdn_schemas::reply::{Action, Decision, Phase, Timing};
 
@@ -138,6 +138,9 @@ impl Mission {
                 Vec::new()
             }
             Entry::Refused(problem) => {
+                if let (Some(seq), Some(code)) = (problem.seq, Code::from_name(&problem.code)) {
+                    self.note_contradiction(seq, code);
+                }
                 if let (Some(relived), Some(seq)) = (&mut self.relived, problem.seq) {
                     relived.refuse(seq);
                 }
