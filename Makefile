@@ -40,7 +40,7 @@ torture: build $(VENV)/.ready ## The long form of the tests of faults, some minu
 	cd tests && ../$(PY) -m pytest -q -rs -s -m torture
 
 bench: $(VENV)/.ready ## Measure pdn beside GTSAM and CHOLMOD; GRID=quick or full, README=1 fills tests/perf/README.md
-	$(CARGO) build --release --locked -p pdn-perf
+	$(CARGO) build --release --locked -p pdn-perf -p pdnd
 	$(PY) tests/perf/bench.py --grid $(GRID) --binary $(dir $(PDND))pdn-perf $(if $(README),--readme)
 
 setup: $(VENV)/.ready ## Make the Python environment in .venv

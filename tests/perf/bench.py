@@ -30,8 +30,9 @@ Found = dict[str, Any]
 class Bench:
     """A run over a grid."""
 
-    def __init__(self, grid: Grid, binary: Path, folder: Path) -> None:
+    def __init__(self, grid: Grid, binary: Path, daemon: Path, folder: Path) -> None:
         self.grid, self.ours, self.folder = grid, [str(binary)], folder
+        self.daemon = [sys.executable, str(HERE / "daemon.py"), "--binary", str(daemon)]
 
     def surveys(self) -> Iterator[Found]:
         for keyframes in self.grid.keyframes:
@@ -66,6 +67,9 @@ class Bench:
                     )
                     for name in SETTINGS
                 }
+            if keyframes in grid.daemons and percent == 20:
+                asked = ["--decisions", str(grid.decisions)]
+                found["daemon"] = self.json(f"{title}: pdnd", [*self.daemon, str(written), *asked])
             if keyframes in grid.memories:
                 found["memory"] = self.memory(title, which, written)
         finally:
@@ -123,6 +127,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--grid", choices=list(GRIDS), default="default")
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/pdn-perf")
+    parser.add_argument("--daemon", type=Path, help="pdnd, where it does not lie beside --binary")
     parser.add_argument("--out", type=Path, default=ROOT / "bench", help="folder for results.json, tables.md")
     parser.add_argument("--readme", action="store_true", help="put the tables into tests/perf/README.md")
     parser.add_argument("--again", type=Path, help="a results.json to make tables of, instead of measuring")
@@ -147,11 +152,14 @@ def runs(arguments: argparse.Namespace) -> Iterator[Found]:
     if arguments.again:
         yield json.loads(arguments.again.read_text())
         return
-    if not arguments.binary.exists():
-        raise SystemExit(f"{arguments.binary} is missing: cargo build --release -p pdn-perf")
+    daemon = arguments.daemon or arguments.binary.with_name("pdnd")
+    for binary in (arguments.binary, daemon):
+        if not binary.exists():
+            raise SystemExit(f"{binary} is missing: cargo build --release -p pdn-perf -p pdnd")
     results: Found = {"grid": arguments.grid, "machine": machine(), "surveys": []}
     with tempfile.TemporaryDirectory(prefix="pdn-bench-") as folder:
-        for survey in Bench(GRIDS[arguments.grid], arguments.binary, Path(folder)).surveys():
+        bench = Bench(GRIDS[arguments.grid], arguments.binary, daemon, Path(folder))
+        for survey in bench.surveys():
             results["surveys"].append(survey)
             results["machine"]["load_after"] = os.getloadavg()[0]
             yield results

@@ -20,6 +20,10 @@ class Grid:
     """Surveys, by keyframes, that are streamed through iSAM2 too."""
     memories: tuple[int, ...]
     """Surveys, by keyframes, whose memory is measured."""
+    decisions: int
+    """Whole decisions of the daemon, of each detail and encoding."""
+    daemons: tuple[int, ...]
+    """Surveys, by keyframes, 20 % salient, that the daemon decides on."""
     alone: tuple[int, ...] = field(default=())
     """Surveys, by keyframes, that only ours is run on, 20 % salient."""
 
@@ -36,6 +40,8 @@ GRIDS = {
         exact_runs=5,
         streams=(500,),
         memories=(2_000,),
+        decisions=2,
+        daemons=(500,),
     ),
     "default": Grid(
         keyframes=SIZES,
@@ -46,6 +52,8 @@ GRIDS = {
         exact_runs=6,
         streams=(10_000,),
         memories=(20_000,),
+        decisions=16,
+        daemons=(10_000,),
         alone=(100_000,),
     ),
     "full": Grid(
@@ -57,6 +65,8 @@ GRIDS = {
         exact_runs=20,
         streams=SIZES,
         memories=SIZES,
+        decisions=32,
+        daemons=SIZES,
         alone=(100_000,),
     ),
 }

@@ -11,11 +11,10 @@ import gtsam
 import numpy as np
 
 from cpu import forget_peak, peak_mb, resident_mb, timed
-from survey_file import Array, SurveyFile
+from survey_file import ATTITUDE, CAMERA, DEPTH, ODOMETRY, PRIOR, Array, SurveyFile
 
 RANGE_SIGMA_M = 10.0
 HORIZONTAL_SIGMA_M = 1e4
-PRIOR, ODOMETRY, ATTITUDE, DEPTH, CAMERA = range(5)
 
 # Threshold and interval of relinearising: what GTSAM ships, and what follows the estimate closely.
 SETTINGS = {"as shipped (0.1, each 10th)": (0.1, 10), "close (0.01, each)": (0.01, 1)}

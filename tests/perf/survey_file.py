@@ -9,6 +9,9 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
+PRIOR, ODOMETRY, ATTITUDE, DEPTH, CAMERA = range(5)
+"""Kinds of measurement in `stream_ends`."""
+
 ZERO_BLOCK = np.zeros((6, 6))
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from targets import targets
+from targets import targets, whole_decisions
 
 Found = dict[str, Any]
 
@@ -18,6 +18,7 @@ def markdown(results: Found) -> str:
         ("A candidate, ms of CPU", candidates(surveys)),
         ("What is shared, and the rest of a decision, ms of CPU", shared(surveys)),
         ("Two threads, ms that pass for the candidates alone", threads(surveys)),
+        ("A whole decision of pdnd over Zenoh, ms that pass and of CPU, medians", daemon(surveys)),
         ("Following a keyframe, ms of CPU", updates(surveys)),
         ("Memory above what the process held with its input, MB", memory(surveys)),
         ("Scaled error of the terminal covariance", exactness(compared)),
@@ -110,6 +111,31 @@ def threads(surveys: Iterable[Found]) -> str:
             one, two = ours["wall"]
             rows.append((*named(survey), ours["candidates"], ms(one), ms(two), f"{one / two:.2f}"))
     return table(("N", "salient, %", "K", "one thread", "two threads", "ratio"), rows)
+
+
+def daemon(surveys: Iterable[Found]) -> str:
+    rows = []
+    for survey in surveys:
+        for asked in whole_decisions(survey) if "daemon" in survey else ():
+            beliefs = ms(asked["beliefs"]) if asked["beliefs"] else ""
+            names = ("cpu", "median", "floor", "wait_ms", "queue_ms", "evaluate_ms", "total_ms")
+            told = (asked["what"], asked["detail"], asked["encoding"], asked["considered"])
+            size = f"{asked['bytes'] / 1e3:.0f}"
+            rows.append((*named(survey), *told, beliefs, *(ms(asked[name]) for name in names), size))
+    heads = (
+        "N",
+        "salient, %",
+        "mission",
+        "detail",
+        "encoding",
+        "K",
+        "beliefs alone, CPU",
+        "whole, CPU",
+        "whole",
+        "floor",
+    )
+    heads += ("`wait_ms`", "`queue_ms`", "`evaluate_ms`", "`total_ms`", "kB")
+    return table(heads, rows)
 
 
 def updates(surveys: Iterable[Found]) -> str:

@@ -27,6 +27,7 @@ def targets(surveys: Sequence[Found]) -> list[Target]:
             found.extend(_decision(by_name[10_000, percent], percent, best, paper))
     if (10_000, 20) in by_name:
         found.extend(_candidate(by_name[10_000, 20]))
+        found.extend(_whole_decision(by_name[10_000, 20]))
     if {(2_000, 20), (20_000, 20)} <= by_name.keys():
         small, large = (_per_pose(by_name[size, 20]) for size in (2_000, 20_000))
         asked = "per pose, a candidate at N = 20,000 costs at most 2 times one at 2,000"
@@ -64,6 +65,44 @@ def _candidate(survey: Found) -> Iterator[Target]:
             yield Target("N = 10,000, 20 % salient: under 1 ms a candidate", f"{mean:.2f} ms", mean < 1.0)
             ratio = ours["wall"][0] / ours["wall"][1]
             yield Target("2 threads 1.7 times faster than one", f"{ratio:.2f} times", ratio >= 1.7)
+
+
+def whole_decisions(survey: Found) -> list[Found]:
+    """What was asked of pdnd, with the candidates' number and the CPU time of their beliefs alone, ms, where there are any.
+
+    Where all is told of each candidate, the beliefs are `rpc/evaluate` of the same paths. Of a choice they are what
+    pdn-perf found on the smoother's tree for as many virtual nodes, and all that is told of one.
+    """
+    of = survey["daemon"]
+    listed = of["weighed"][0]
+    nearest = min(
+        survey["ours"]["evaluations"], key=lambda found: abs(found["candidates"] - listed["candidates"])
+    )
+    terminal = nearest["streamed_candidate"]["sum"] / (nearest["candidates"] * nearest["virtual_nodes"])
+    variants = nearest["candidate_variants"]["sum"] / nearest["candidate_variants"]["count"]
+    choice = terminal * listed["candidates"] * listed["virtual_nodes"] + variants
+    told = []
+    for asked in of["weighed"]:
+        beliefs = choice if asked["detail"] == "choice" else of["beliefs"]["cpu"]
+        told.append({**asked, "what": "weighed", "considered": listed["candidates"], "beliefs": beliefs})
+    return [
+        *told,
+        *({**asked, "what": "certain", "considered": 0, "beliefs": None} for asked in of["certain"]),
+    ]
+
+
+def _whole_decision(survey: Found) -> Iterator[Target]:
+    for asked in whole_decisions(survey) if "daemon" in survey else ():
+        how = f"{asked['detail']}, {asked['encoding']}"
+        if asked["beliefs"] is None:
+            asking = f"N = 10,000, a decision that is certain ({how}): under 2 ms"
+            yield Target(asking, f"{asked['median']:.1f} ms", asked["median"] < 2.0)
+        else:
+            ratio = (asked["median"] - asked["floor"]) / asked["beliefs"]
+            asking = (
+                f"N = 10,000, a whole decision ({how}) but for the transport's floor: 1.5 times its beliefs"
+            )
+            yield Target(asking, f"{ratio:.2f} times", ratio <= 1.5)
 
 
 def _per_pose(survey: Found) -> float:

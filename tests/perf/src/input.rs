@@ -99,7 +99,7 @@ pub fn paths(arrays: &Arrays, robot: Node) -> Result<impl Iterator<Item = Virtua
     }))
 }
 
-/// The measurements in their order, and the first estimate of each keyframe.
+/// The measurements in their order, the first estimate and the saliency of each keyframe.
 pub fn put_stream(arrays: &mut Arrays, keyframes: &[Keyframe], first_estimates: &[Pose]) {
     let (mut ends, mut poses, mut sigmas) = (Vec::new(), Vec::new(), Vec::new());
     for (index, keyframe) in keyframes.iter().enumerate() {
@@ -114,6 +114,8 @@ pub fn put_stream(arrays: &mut Arrays, keyframes: &[Keyframe], first_estimates: 
     arrays.put_f64("stream_poses", &[7], poses);
     arrays.put_f64("stream_sigmas", &[6], sigmas);
     arrays.put_f64("stream_first_estimates", &[7], first_estimates.iter().flat_map(pose_row));
+    let saliency = |keyframe: &Keyframe| [keyframe.local_saliency, keyframe.global_saliency];
+    arrays.put_f64("saliency", &[2], keyframes.iter().flat_map(saliency));
     arrays.put_f64("body_from_camera", &[7], pose_row(&survey::body_from_camera()));
 }
 

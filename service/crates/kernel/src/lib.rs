@@ -20,6 +20,8 @@ mod error;
 pub mod so3;
 mod so3_coefficients;
 
+mod shared_vec;
+
 pub mod se3;
 
 pub mod gaussian;
@@ -41,6 +43,7 @@ pub use error::KernelError;
 pub use factors::{Factor, FactorKind, Linearized};
 pub use loss::Loss;
 pub use se3::Pose;
+pub use shared_vec::SharedVec;
 
 /// A keyframe in the graph: a dense index in the order of addition, starting at 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

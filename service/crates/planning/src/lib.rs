@@ -15,6 +15,7 @@
 pub mod error;
 
 pub mod distance;
+mod grid;
 pub mod settings;
 pub mod snapshot;
 

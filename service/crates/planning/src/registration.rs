@@ -148,7 +148,15 @@ pub fn links(snapshot: &Snapshot, world_from_body: &Pose, nearest: Node) -> Vec<
 
 /// Angle between the optical axes of two cameras, rad in [0, pi]; exact also for small angles.
 pub fn view_angle_rad(world_from_camera: &Pose, world_from_other_camera: &Pose) -> f64 {
-    let axis = world_from_camera.rotation * Vector3::z();
-    let other = world_from_other_camera.rotation * Vector3::z();
-    axis.cross(&other).norm().atan2(axis.dot(&other))
+    angle_rad(&optical_axis(world_from_camera), &optical_axis(world_from_other_camera))
+}
+
+/// Optical axis of a camera in the world, a unit vector.
+pub(crate) fn optical_axis(world_from_camera: &Pose) -> Vector3<f64> {
+    world_from_camera.rotation * Vector3::z()
+}
+
+/// Angle between two unit vectors, rad in [0, pi]; exact also for small angles.
+pub(crate) fn angle_rad(axis: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
+    axis.cross(other).norm().atan2(axis.dot(other))
 }

@@ -6,14 +6,13 @@
 
 use crate::distance::nanometres;
 use crate::error::PlanningError;
-use crate::registration::view_angle_rad;
-use crate::snapshot::Snapshot;
+use crate::registration::{angle_rad, optical_axis};
+use crate::snapshot::{Snapshot, SnapshotKeyframe};
+use nalgebra::Vector3;
 use pathfinding::directed::dijkstra::dijkstra_partial;
 use pdn_kernel::Node;
-use std::collections::BTreeSet;
-
-/// Edge radius in medians of the distance of consecutive keyframes, where the mission names none.
-const EDGE_RADIUS_IN_SPACINGS: f64 = 2.6;
+use std::cell::OnceCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A way from the robot to a waypoint.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,10 +25,10 @@ pub struct Route {
 
 /// The cheapest route from the robot to each goal, in their order; none for a goal out of reach.
 ///
-/// Two keyframes are connected if they are closer than `edge_radius_m` (2.6 times the median distance of
-/// consecutive keyframes) and either their optical axes differ by `max_view_angle_rad` at most or the vehicle
-/// itself went from one to the other: a plate has two sides. An edge costs (2 - S_L(target)) * distance. Where
-/// routes of equal cost meet, the one from the keyframe of lower id is taken.
+/// Two keyframes are connected if they are closer than [`Snapshot::edge_radius_m`] and either their optical axes
+/// differ by `max_view_angle_rad` at most or the vehicle itself went from one to the other: a plate has two sides. An
+/// edge costs (2 - S_L(target)) * distance. Where routes of equal cost meet, the one from the keyframe of lower id is
+/// taken.
 ///
 /// Cost: one search with n log n over the keyframes nearer than the goals.
 ///
@@ -51,18 +50,23 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
         Some(&(_, cost)) => Some(cost),
         None => (node == robot).then_some(0),
     };
-    let predecessor = |node: Node| {
+    let find_predecessor = |node: Node| {
         let arrived = cost(node)?;
-        let is_tied = |other: Node| {
-            cost(other).is_some_and(|there| there < arrived && there + network.cost(other, node) == arrived)
+        let is_tied = |edge: &Edge| {
+            cost(edge.to).is_some_and(|there| {
+                there < arrived && there + network.cost(node, edge.distance_m) == arrived
+            })
         };
-        let tied = network.connected_to(node).into_iter().find(|&other| is_tied(other));
+        let tied = network.edges(node).iter().find(|edge| is_tied(edge)).map(|edge| edge.to);
         tied.or_else(|| reached.get(&node).map(|&(parent, _)| parent))
     };
-    let route = |goal: Node| {
-        let mut keyframes = vec![goal];
-        while *keyframes.last().expect("the goal is in the list") != robot {
-            keyframes.push(predecessor(*keyframes.last().expect("the goal is in the list"))?);
+    // Routes share their beginnings.
+    let mut predecessors: BTreeMap<Node, Option<Node>> = BTreeMap::new();
+    let mut route = |goal: Node| {
+        let (mut keyframes, mut at) = (vec![goal], goal);
+        while at != robot {
+            at = (*predecessors.entry(at).or_insert_with(|| find_predecessor(at)))?;
+            keyframes.push(at);
         }
         keyframes.reverse();
         let one_way_m = keyframes.windows(2).map(|pair| network.distance_m(pair[0], pair[1])).sum();
@@ -71,52 +75,74 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
     Ok(goals.iter().map(|&goal| route(goal)).collect())
 }
 
-/// The keyframes and the edges between them.
+/// The keyframes and the edges between them, which are found where the search asks for them.
 struct Network<'a> {
     snapshot: &'a Snapshot,
     radius_m: f64,
-    went: BTreeSet<(Node, Node)>,
+    /// Optical axis of each keyframe's camera, in the world.
+    axes: Vec<Vector3<f64>>,
+    edges: Vec<OnceCell<Vec<Edge>>>,
+    /// Pairs, the lower node first, ascending.
+    went: OnceCell<Vec<(Node, Node)>>,
+}
+
+/// One end of an edge.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    to: Node,
+    distance_m: f64,
 }
 
 impl Network<'_> {
     fn new(snapshot: &Snapshot) -> Network<'_> {
-        let by_spacing = || EDGE_RADIUS_IN_SPACINGS * snapshot.spacing_m().unwrap_or(0.0);
-        let both_ways = snapshot.went.iter().flat_map(|&(from, to)| [(from, to), (to, from)]);
+        let axis = |keyframe: &SnapshotKeyframe| optical_axis(&keyframe.world_from_camera());
         Network {
             snapshot,
-            radius_m: snapshot.settings.edge_radius_m.unwrap_or_else(by_spacing),
-            went: both_ways.collect(),
+            radius_m: snapshot.edge_radius_m(),
+            axes: snapshot.keyframes.iter().map(axis).collect(),
+            edges: vec![OnceCell::new(); snapshot.keyframes.len()],
+            went: OnceCell::new(),
         }
     }
 
-    /// Keyframes that a keyframe is connected to, in the order of their ids.
-    fn connected_to(&self, node: Node) -> Vec<Node> {
-        let here = self.snapshot.keyframe(node);
-        let camera = here.world_from_camera();
-        let near = self.snapshot.bodies_within(&here.world_from_body.translation.vector, self.radius_m);
-        let mut connected: Vec<Node> = near
-            .into_iter()
-            .filter(|&(other, distance_m)| {
-                let other_camera = || self.snapshot.keyframe(other).world_from_camera();
-                let limit_rad = self.snapshot.settings.max_view_angle_rad;
-                other != node
-                    && nanometres(distance_m) < nanometres(self.radius_m)
-                    && (view_angle_rad(&camera, &other_camera()) <= limit_rad
-                        || self.went.contains(&(node, other)))
-            })
-            .map(|(other, _)| other)
-            .collect();
-        connected.sort_by_key(|&other| self.snapshot.keyframe(other).id);
-        connected
+    /// The edges of a keyframe, in the order of the other keyframes' ids.
+    fn edges(&self, node: Node) -> &[Edge] {
+        self.edges[node.index()].get_or_init(|| {
+            let place = &self.snapshot.keyframe(node).world_from_body.translation.vector;
+            let limit_rad = self.snapshot.settings.max_view_angle_rad;
+            let near = self.snapshot.bodies_within(place, self.radius_m).into_iter();
+            let mut edges: Vec<Edge> = near
+                .filter(|&(other, distance_m)| {
+                    let axes = (&self.axes[node.index()], &self.axes[other.index()]);
+                    other != node
+                        && nanometres(distance_m) < nanometres(self.radius_m)
+                        && (angle_rad(axes.0, axes.1) <= limit_rad || self.went_between(node, other))
+                })
+                .map(|(to, distance_m)| Edge { to, distance_m })
+                .collect();
+            edges.sort_by_key(|edge| self.snapshot.keyframe(edge.to).id);
+            edges
+        })
     }
 
-    fn edges_from(&self, node: Node) -> Vec<(Node, i128)> {
-        self.connected_to(node).into_iter().map(|target| (target, self.cost(node, target))).collect()
+    fn went_between(&self, one: Node, other: Node) -> bool {
+        let ascending = |(from, to): (Node, Node)| (from.min(to), from.max(to));
+        let went = self.went.get_or_init(|| {
+            let mut went: Vec<(Node, Node)> = self.snapshot.went.iter().copied().map(ascending).collect();
+            went.sort_unstable();
+            went
+        });
+        went.binary_search(&ascending((one, other))).is_ok()
     }
 
-    /// In whole picometres: sums of integers are exact, so routes tie or do not, whatever the order of addition.
-    fn cost(&self, node: Node, target: Node) -> i128 {
-        let cost_m = (2.0 - self.snapshot.keyframe(target).saliency.local) * self.distance_m(node, target);
+    fn edges_from(&self, node: Node) -> impl Iterator<Item = (Node, i128)> {
+        self.edges(node).iter().map(|edge| (edge.to, self.cost(edge.to, edge.distance_m)))
+    }
+
+    /// Of an edge to `target`. In whole picometres: sums of integers are exact, so routes tie or do not, whatever the order
+    /// of addition.
+    fn cost(&self, target: Node, distance_m: f64) -> i128 {
+        let cost_m = (2.0 - self.snapshot.keyframe(target).saliency.local) * distance_m;
         (cost_m * 1e12).round() as i128
     }
 

@@ -1,7 +1,8 @@
 //! A mission as it stands, immutable, so that any number of questions can be asked of it at once.
 
-use crate::distance::{median, nanometres};
+use crate::distance::median;
 use crate::error::PlanningError;
+use crate::grid::Grid;
 use crate::registration::LinkModel;
 use crate::saliency::Saliency;
 use crate::settings::Settings;
@@ -10,8 +11,6 @@ use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::Node;
 use pdn_kernel::elimination::Elimination;
 use pdn_kernel::se3::Pose;
-use rstar::RTree;
-use rstar::primitives::GeomWithData;
 use std::sync::OnceLock;
 
 /// A mission as it stands. Every pose is a linearisation point, so that an outsider can recompute a decision.
@@ -74,14 +73,15 @@ pub struct OdometryStep {
 /// What is derived from a snapshot once and serves all questions asked of it.
 #[derive(Default)]
 pub struct Derived {
-    bodies: OnceLock<RTree<Place>>,
-    cameras: OnceLock<RTree<Place>>,
+    bodies: OnceLock<Grid>,
+    cameras: OnceLock<Grid>,
     spacing_m: OnceLock<Option<f64>>,
     pub(crate) robot_covariance: OnceLock<Matrix6<f64>>,
     pub(crate) waypoints: OnceLock<Vec<Waypoint>>,
 }
 
-type Place = GeomWithData<[f64; 3], u32>;
+/// Edge radius in medians of the distance of consecutive keyframes, where the mission names none.
+const EDGE_RADIUS_IN_SPACINGS: f64 = 2.6;
 
 impl Snapshot {
     /// The newest keyframe: the robot, virtual node 0 [PDN12, III.D].
@@ -106,17 +106,19 @@ impl Snapshot {
     }
 
     /// Keyframes whose body is within `radius_m` of a point in the world (compared to the nanometre), in the order
-    /// of nodes, each with its distance in metres. Cost: logarithmic in the keyframes, linear in the answer.
+    /// of nodes, each with its distance in metres. Cost: for radii of about an edge's that of the keyframes near it.
     pub fn bodies_within(&self, point_in_world: &Vector3<f64>, radius_m: f64) -> Vec<(Node, f64)> {
-        let bodies = self.derived.bodies.get_or_init(|| tree(self.keyframes.iter().map(body_in_world)));
-        within(bodies, point_in_world, radius_m)
+        self.bodies().within(point_in_world, radius_m)
     }
 
-    /// Keyframes whose camera's centre is within `radius_m` of a point in the world, as for the bodies.
+    /// Keyframes whose camera's centre is within `radius_m` of a point in the world, as for the bodies, for radii of about
+    /// a baseline's.
     pub fn cameras_within(&self, point_in_world: &Vector3<f64>, radius_m: f64) -> Vec<(Node, f64)> {
-        let centre = |keyframe: &SnapshotKeyframe| keyframe.world_from_camera().translation.vector;
-        let cameras = self.derived.cameras.get_or_init(|| tree(self.keyframes.iter().map(centre)));
-        within(cameras, point_in_world, radius_m)
+        let cameras = self.derived.cameras.get_or_init(|| {
+            let centre = |keyframe: &SnapshotKeyframe| keyframe.world_from_camera().translation.vector;
+            Grid::new(self.keyframes.iter().map(centre), self.settings.max_baseline_m)
+        });
+        cameras.within(point_in_world, radius_m)
     }
 
     /// The keyframe whose body is nearest to a point in the world; ties, to the nanometre, to the lower id.
@@ -124,11 +126,22 @@ impl Snapshot {
     /// # Errors
     /// [`PlanningError::NoKeyframe`].
     pub fn nearest(&self, point_in_world: &Vector3<f64>) -> Result<Node, PlanningError> {
-        let bodies = self.derived.bodies.get_or_init(|| tree(self.keyframes.iter().map(body_in_world)));
-        let first = bodies.nearest_neighbor((*point_in_world).into()).ok_or(PlanningError::NoKeyframe)?;
-        let least_m = distance_m(first, point_in_world);
-        let near = within(bodies, point_in_world, least_m).into_iter().map(|(node, _)| node);
-        Ok(near.min_by_key(|&node| self.keyframe(node).id).unwrap_or(Node(first.data)))
+        let bodies = self.bodies();
+        let least_m = bodies.least_distance_m(point_in_world).ok_or(PlanningError::NoKeyframe)?;
+        let near = bodies.within(point_in_world, least_m).into_iter().map(|(node, _)| node);
+        near.min_by_key(|&node| self.keyframe(node).id).ok_or(PlanningError::NoKeyframe)
+    }
+
+    /// Greatest distance of two keyframes that a route connects, m: the mission's, or 2.6 times the median distance of
+    /// consecutive keyframes.
+    pub fn edge_radius_m(&self) -> f64 {
+        let by_spacing = || EDGE_RADIUS_IN_SPACINGS * self.spacing_m().unwrap_or(0.0);
+        self.settings.edge_radius_m.unwrap_or_else(by_spacing)
+    }
+
+    fn bodies(&self) -> &Grid {
+        let grid = || Grid::new(self.keyframes.iter().map(body_in_world), self.edge_radius_m());
+        self.derived.bodies.get_or_init(grid)
     }
 
     /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no
@@ -151,25 +164,6 @@ impl Snapshot {
 
 fn body_in_world(keyframe: &SnapshotKeyframe) -> Vector3<f64> {
     keyframe.world_from_body.translation.vector
-}
-
-fn tree(points: impl Iterator<Item = Vector3<f64>>) -> RTree<Place> {
-    RTree::bulk_load(points.zip(0_u32..).map(|(point, node)| Place::new(point.into(), node)).collect())
-}
-
-fn within(tree: &RTree<Place>, point_in_world: &Vector3<f64>, radius_m: f64) -> Vec<(Node, f64)> {
-    let reach_m = radius_m + 1e-8;
-    let mut near: Vec<(Node, f64)> = tree
-        .locate_within_distance((*point_in_world).into(), reach_m * reach_m)
-        .map(|place| (Node(place.data), distance_m(place, point_in_world)))
-        .filter(|&(_, distance_m)| nanometres(distance_m) <= nanometres(radius_m))
-        .collect();
-    near.sort_by_key(|&(node, _)| node);
-    near
-}
-
-fn distance_m(place: &Place, point_in_world: &Vector3<f64>) -> f64 {
-    (Vector3::from(*place.geom()) - point_in_world).norm()
 }
 
 /// Fills a cell once; a failure leaves it empty, so that it is found again by the next question.

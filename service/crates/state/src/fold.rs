@@ -17,9 +17,9 @@ use crate::offered::Refusal;
 use crate::settings::Settings;
 use crate::survey::Progress;
 use crate::trail::{Moved, Trail};
-use crate::view::{RobotNow, View};
-use pdn_kernel::KernelError;
+use crate::view::{Known, RobotNow, View};
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
+use pdn_kernel::{KernelError, SharedVec};
 use pdn_planning::LinkModel;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -70,6 +70,8 @@ pub struct Fold {
     late: Vec<Refusal>,
     pub(crate) robot: Option<RobotNow>,
     pub(crate) view: Option<Arc<View>>,
+    /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
+    pub(crate) known: SharedVec<Known>,
 }
 
 /// What came since the last keyframe's event, that one included.
@@ -109,6 +111,7 @@ impl Fold {
             late: Vec::new(),
             robot: None,
             view: None,
+            known: SharedVec::default(),
             settings: Arc::new(settings),
         }
     }
@@ -255,6 +258,11 @@ impl Fold {
     /// This, or what it will be once the group is mended. To be called after [`Fold::look_ahead`].
     pub(crate) fn ahead(&self) -> &Fold {
         self.mended.as_deref().unwrap_or(self)
+    }
+
+    /// Keyframes that were in the graph before the group, and stay whatever becomes of it.
+    pub(crate) fn nodes_before_group(&self) -> usize {
+        self.solved.as_ref().map_or(&self.smoother, |back| &back.smoother).len()
     }
 
     /// Undoes [`Fold::look_ahead`].

@@ -3,12 +3,14 @@
 use crate::convert;
 use crate::error::StateError;
 use crate::fold::{Fold, settle};
+use crate::settings::Settings;
 use nalgebra::{Matrix6, Vector3};
-use pdn_kernel::gaussian;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::Smoother;
+use pdn_kernel::{Node, SharedVec, gaussian};
 use pdn_planning::{
-    Coverage, Decision, Derived, Evaluation, LinkModel, PlanningError, Question, Snapshot, SnapshotKeyframe,
+    Coverage, Decision, Derived, Evaluation, LinkModel, OdometryStep, PlanningError, Question, Saliency,
+    Snapshot, SnapshotKeyframe,
 };
 use rayon::ThreadPool;
 use std::collections::BTreeMap;
@@ -17,12 +19,26 @@ use std::sync::{Arc, OnceLock};
 /// The state at a moment, immutable. Whatever is asked of the graph is asked of its settled copy, which the first
 /// question makes on its own thread and all others share.
 pub struct View {
+    keyframes: SharedVec<Known>,
+    newest: Option<Node>,
+    went: Vec<(Node, Node)>,
+    last_odometry: Option<OdometryStep>,
+    covered_m2: f64,
+    link_model: LinkModel,
+    settings: Arc<Settings>,
     /// At the linearisation points of the fold.
-    draft: Snapshot,
     smoother: Smoother,
     settled: OnceLock<Result<Settled, StateError>>,
     /// Count of each kind of factor.
     pub factors: BTreeMap<&'static str, u64>,
+}
+
+/// What of a keyframe in the graph stays as it is, by node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    id: u64,
+    body_from_camera: Pose,
+    saliency: Saliency,
 }
 
 /// The graph with its linearisation points at the estimate.
@@ -48,35 +64,23 @@ pub struct RobotNow {
 
 impl std::fmt::Debug for View {
     fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(formatter, "View of {} keyframes", self.draft.keyframes.len())
+        write!(formatter, "View of {} keyframes", self.keyframes.len())
     }
 }
 
 impl View {
     fn of(fold: &Fold) -> View {
-        let keyframe = |(id, world_from_body): (&u64, &Pose)| {
-            let record = &fold.book.keyframes[id];
-            SnapshotKeyframe {
-                id: *id,
-                world_from_body: *world_from_body,
-                body_from_camera: record.body_from_camera,
-                saliency: record.saliency,
-            }
-        };
         let factors = fold.book.factors.iter().map(|(kind, count)| (kind.name(), *count));
+        let mut keyframes = fold.known.clone();
+        fold.know(&mut keyframes, fold.book.nodes.len());
         View {
-            draft: Snapshot {
-                keyframes: fold.book.nodes.iter().zip(fold.smoother.linearizations()).map(keyframe).collect(),
-                newest: fold.book.newest,
-                went: fold.book.went.clone(),
-                elimination: fold.smoother.elimination().clone(),
-                last_odometry: fold.book.last_odometry.map(|(_, step)| step),
-                covered_m2: fold.trail.coverage().covered_m2(),
-                target_m2: fold.settings.target_m2,
-                link_model: fold.link_model.clone(),
-                settings: fold.settings.planning.clone(),
-                derived: Derived::default(),
-            },
+            keyframes,
+            newest: fold.book.newest,
+            went: fold.book.went.clone(),
+            last_odometry: fold.book.last_odometry.map(|(_, step)| step),
+            covered_m2: fold.trail.coverage().covered_m2(),
+            link_model: fold.link_model.clone(),
+            settings: Arc::clone(&fold.settings),
             smoother: fold.smoother.clone(),
             settled: OnceLock::new(),
             factors: factors.collect(),
@@ -85,12 +89,12 @@ impl View {
 
     /// The mission's settings.
     pub fn settings(&self) -> &pdn_planning::Settings {
-        &self.draft.settings
+        &self.settings.planning
     }
 
     /// The table of P_L.
     pub fn link_model(&self) -> &LinkModel {
-        &self.draft.link_model
+        &self.link_model
     }
 
     /// The settled graph. Cost: once, moving the linearisation points to the estimate.
@@ -101,7 +105,7 @@ impl View {
         let settled = self.settled.get_or_init(|| {
             let mut smoother = self.smoother.clone();
             settle(&mut smoother).map_err(|error| self.told(error))?;
-            let snapshot = self.copied(&smoother, self.draft.settings.clone());
+            let snapshot = self.snapshot(&smoother, self.settings().clone());
             Ok(Settled { snapshot, smoother })
         });
         settled.as_ref().map_err(StateError::clone)
@@ -135,10 +139,10 @@ impl View {
         let evaluated = if *question == Question::default() {
             pdn_planning::evaluate_paths(&self.settled()?.snapshot, paths, pool, stop)
         } else {
-            let mut settings = self.draft.settings.clone();
+            let mut settings = self.settings().clone();
             settings.alpha = question.alpha.unwrap_or(settings.alpha);
             settings.allowable = question.allowable.unwrap_or(settings.allowable);
-            let assuming = self.copied(&self.settled()?.smoother, settings);
+            let assuming = self.snapshot(&self.settled()?.smoother, settings);
             pdn_planning::evaluate_paths(&assuming, paths, pool, stop)
         };
         evaluated.map_err(|error| self.told(error))
@@ -146,27 +150,28 @@ impl View {
 
     /// Tells an error by keyframe ids.
     pub fn told(&self, error: impl Into<PlanningError>) -> StateError {
-        convert::error::planning(
-            |node| self.draft.keyframes.get(node.index()).map(|keyframe| keyframe.id),
-            error,
-        )
+        let id = |node: Node| (node.index() < self.keyframes.len()).then(|| self.keyframes[node.index()].id);
+        convert::error::planning(id, error)
     }
 
-    /// The draft at the linearisation points of `smoother`, with these settings.
-    fn copied(&self, smoother: &Smoother, settings: pdn_planning::Settings) -> Snapshot {
-        let draft = &self.draft;
-        let keyframes = draft.keyframes.iter().zip(smoother.linearizations());
+    /// The state at the linearisation points of `smoother`, with these settings.
+    fn snapshot(&self, smoother: &Smoother, settings: pdn_planning::Settings) -> Snapshot {
+        let keyframes = self.keyframes.iter().zip(smoother.linearizations());
+        let keyframe = |(known, world_from_body): (&Known, &Pose)| SnapshotKeyframe {
+            id: known.id,
+            world_from_body: *world_from_body,
+            body_from_camera: known.body_from_camera,
+            saliency: known.saliency,
+        };
         Snapshot {
-            keyframes: keyframes
-                .map(|(keyframe, pose)| SnapshotKeyframe { world_from_body: *pose, ..*keyframe })
-                .collect(),
-            newest: draft.newest,
-            went: draft.went.clone(),
+            keyframes: keyframes.map(keyframe).collect(),
+            newest: self.newest,
+            went: self.went.clone(),
             elimination: smoother.elimination().clone(),
-            last_odometry: draft.last_odometry,
-            covered_m2: draft.covered_m2,
-            target_m2: draft.target_m2,
-            link_model: draft.link_model.clone(),
+            last_odometry: self.last_odometry,
+            covered_m2: self.covered_m2,
+            target_m2: self.settings.target_m2,
+            link_model: self.link_model.clone(),
             settings,
             derived: Derived::default(),
         }
@@ -175,12 +180,15 @@ impl View {
 
 impl Fold {
     /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for what has not
-    /// been solved for, and once a change a copy of what is told of each keyframe.
+    /// been solved for, and once a change a copy of what shares nothing.
     pub fn view(&mut self) -> Arc<View> {
         self.look_ahead();
         if let Some(view) = &self.view {
             return Arc::clone(view);
         }
+        let mut known = std::mem::take(&mut self.known);
+        self.know(&mut known, self.nodes_before_group());
+        self.known = known;
         let view = Arc::new(View::of(self.ahead()));
         self.view = Some(Arc::clone(&view));
         view
@@ -258,6 +266,14 @@ impl Fold {
             findings.push("the estimate has not settled yet; it goes on with the next events".to_string());
         }
         findings
+    }
+
+    /// Adds what stays of the keyframes up to a node, exclusive.
+    fn know(&self, known: &mut SharedVec<Known>, nodes: usize) {
+        for &id in self.book.nodes.get(known.len()..nodes).unwrap_or_default() {
+            let record = &self.book.keyframes[&id];
+            known.push(Known { id, body_from_camera: record.body_from_camera, saliency: record.saliency });
+        }
     }
 
     fn look_at_robot(&self) -> Result<Option<RobotNow>, StateError> {

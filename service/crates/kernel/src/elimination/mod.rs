@@ -14,7 +14,6 @@
 //! `variables` (their unknowns), `chain`, `homes`, `attachment` and `layout` (where they enter the tree), `contribution`,
 //! `expected` (the elimination), `along`. Nothing recurses over the tree, and nothing is dense in the number of nodes.
 
-mod shared_vec;
 mod system;
 
 mod engine;
@@ -60,5 +59,4 @@ pub use system::BlockSystem;
 pub use tree_state::{FrontState, TreeState};
 pub use virtual_path::{ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath};
 
-pub(crate) use shared_vec::SharedVec;
 pub(crate) use solution::Solution;

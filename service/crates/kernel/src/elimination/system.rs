@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::shared_vec::SharedVec;
-use crate::Node;
+use crate::{Node, SharedVec};
 
 /// The information matrix and right-hand side of a graph of nodes, by blocks.
 ///

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::assembly::{Assembly, NONE};
 use super::front::{Front, Shape};
 use super::system::BlockSystem;
-use crate::KernelError;
+use crate::{KernelError, SharedVec};
 
 /// Beyond this share of the nodes it costs little more to order and eliminate all of them, and the tree is better.
 const MOST_DISSOLVED: f64 = 0.5;
@@ -16,7 +16,7 @@ const MOST_DISSOLVED: f64 = 0.5;
 /// Every front below a front is eliminated before it. Copies share the fronts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
-    fronts: Vec<Option<Arc<Front>>>,
+    fronts: SharedVec<Option<Arc<Front>>>,
     parents: Vec<u32>,
     unused: Vec<u32>,
     /// The front that eliminates each node.
@@ -79,7 +79,7 @@ impl Tree {
 
     /// A tree of its parts, which must fit one another.
     pub(super) fn of(
-        fronts: Vec<Option<Arc<Front>>>,
+        fronts: SharedVec<Option<Arc<Front>>>,
         parents: Vec<u32>,
         unused: Vec<u32>,
         front_of: Vec<u32>,
@@ -176,7 +176,7 @@ impl Tree {
             self.flops -= self.front(id).shape.flops();
             self.fronts[id as usize] = None;
         }
-        self.fronts.resize(bound as usize, None);
+        self.fronts.extend_to(bound as usize, &None);
         self.parents.resize(bound as usize, NONE);
         self.front_of.resize(system.len(), NONE);
         self.unused = unused;

@@ -6,7 +6,7 @@ use super::assembly::NONE;
 use super::front::{Front, Shape};
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
-use crate::KernelError;
+use crate::{KernelError, SharedVec};
 
 /// Which nodes are eliminated where, and when everything was last ordered.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -58,7 +58,8 @@ impl Tree {
         scratch: &mut TreeScratch,
     ) -> Result<Tree, KernelError> {
         let (parents, front_of) = check(state, system.len())?;
-        let mut fronts: Vec<Option<Arc<Front>>> = vec![None; state.fronts.len()];
+        let mut fronts: SharedVec<Option<Arc<Front>>> = SharedVec::default();
+        fronts.extend_to(state.fronts.len(), &None);
         for id in upward(state, &parents)? {
             let FrontState { frontal, separator, children } =
                 state.fronts[id as usize].clone().unwrap_or_default();

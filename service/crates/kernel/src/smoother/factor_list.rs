@@ -1,19 +1,19 @@
 //! All factors, and those of each keyframe.
 
-use crate::elimination::SharedVec;
+use crate::SharedVec;
 use crate::factors::Factor;
 
 const END: u32 = u32::MAX;
 
 /// Factors in the order of addition. The factors of a keyframe are linked from the latest to the first, in flat
-/// arrays that are cheap to copy.
+/// lists that copies share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FactorList {
     factors: SharedVec<Factor>,
     /// The latest factor of each keyframe.
-    latest: Vec<u32>,
+    latest: SharedVec<u32>,
     /// For each factor, the one before it at its first and at its second keyframe.
-    before: Vec<[u32; 2]>,
+    before: SharedVec<[u32; 2]>,
 }
 
 impl FactorList {

@@ -12,6 +12,7 @@ mod state;
 mod step;
 
 use nalgebra::Matrix6;
+use std::sync::Arc;
 
 use crate::elimination::{Elimination, Solution};
 use crate::factors::Factor;
@@ -63,15 +64,16 @@ pub struct AdvanceReport {
     pub halvings: usize,
 }
 
-/// Incremental smoother; cloning is cheap, and a copy goes its own way.
+/// Incremental smoother; cloning is cheap, and a copy goes its own way. What is flat is shared as a whole until one of the
+/// copies changes it, the rest by parts.
 #[derive(Clone, Debug)]
 pub struct Smoother {
     settings: SmootherSettings,
     factors: FactorList,
     /// Factors up to this one are in the elimination.
     linearized_factors: usize,
-    linearizations: Vec<Pose>,
-    steps: Solution,
+    linearizations: Arc<Vec<Pose>>,
+    steps: Arc<Solution>,
     elimination: Elimination,
     /// Keyframes whose step is beyond the tolerance.
     restless: Vec<u32>,
@@ -84,8 +86,8 @@ impl Smoother {
             settings,
             factors: FactorList::default(),
             linearized_factors: 0,
-            linearizations: Vec::new(),
-            steps: Solution::default(),
+            linearizations: Arc::default(),
+            steps: Arc::default(),
             elimination: Elimination::default(),
             restless: Vec::new(),
         }
@@ -93,8 +95,8 @@ impl Smoother {
 
     /// Adds a keyframe with its first estimate; factors must tie it before the next `advance`.
     pub fn add_keyframe(&mut self, world_from_body: Pose) -> Node {
-        self.linearizations.push(world_from_body);
-        self.steps.add_node();
+        Arc::make_mut(&mut self.linearizations).push(world_from_body);
+        Arc::make_mut(&mut self.steps).add_node();
         self.factors.add_node();
         self.elimination.system_mut().add_node()
     }
@@ -125,7 +127,7 @@ impl Smoother {
     /// exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge linearly, so a small
     /// tolerance may take several calls.
     pub fn settle(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
-        self.elimination.catch_up(&mut self.steps, SETTLED_PRUNE);
+        self.elimination.catch_up(Arc::make_mut(&mut self.steps), SETTLED_PRUNE);
         let beyond = |&node: &u32| self.steps.value(node).amax() > relinearize_above;
         self.restless = (0..self.len() as u32).filter(beyond).collect();
         self.advance_to(relinearize_above, SETTLED_PRUNE.min(PRUNE_SHARE * relinearize_above))
@@ -147,10 +149,11 @@ impl Smoother {
                 touched.sort_unstable();
                 touched.dedup();
             }
+            let steps = Arc::make_mut(&mut self.steps);
             let update = if new_pairs {
-                self.elimination.restructure(&touched, &mut self.steps, prune)?
+                self.elimination.restructure(&touched, steps, prune)?
             } else {
-                self.elimination.refresh(&touched, &mut self.steps, prune)?
+                self.elimination.refresh(&touched, steps, prune)?
             };
             report.iterations += 1;
             report.eliminated_fronts += update.eliminated_fronts;

@@ -1,6 +1,7 @@
 //! What of a smoother does not follow from its factors, to be kept and to go on from.
 
 use nalgebra::Vector6;
+use std::sync::Arc;
 
 use super::{Smoother, SmootherSettings};
 use crate::KernelError;
@@ -34,7 +35,7 @@ impl Smoother {
         }
         let (steps, untold) = self.steps.parts();
         Some(SmootherState {
-            linearizations: self.linearizations.clone(),
+            linearizations: self.linearizations.to_vec(),
             steps: steps.to_vec(),
             untold: untold.to_vec(),
             restless: self.restless.clone(),
@@ -74,7 +75,7 @@ impl Smoother {
         }
         smoother.take_in_factors()?;
         smoother.elimination.restore(&tree)?;
-        smoother.steps = Solution::of(steps, untold);
+        smoother.steps = Arc::new(Solution::of(steps, untold));
         smoother.restless = restless;
         Ok(smoother)
     }

@@ -1,6 +1,7 @@
 //! Moves linearisation points to where the steps point, carefully when the steps are large.
 
 use nalgebra::Vector6;
+use std::sync::Arc;
 
 use super::Smoother;
 use crate::factors::Factor;
@@ -29,12 +30,14 @@ impl Smoother {
                 halvings += 1;
             }
         }
+        let (linearizations, steps) =
+            (Arc::make_mut(&mut self.linearizations), Arc::make_mut(&mut self.steps));
         for &node in moving {
-            let step: Vector6<f64> = self.steps.value(node) * scale(halvings);
-            let pose = &mut self.linearizations[node as usize];
+            let step: Vector6<f64> = steps.value(node) * scale(halvings);
+            let pose = &mut linearizations[node as usize];
             *pose *= se3::exp(&step);
             pose.rotation.renormalize();
-            self.steps.absorb(node);
+            steps.absorb(node);
         }
         Ok(halvings)
     }

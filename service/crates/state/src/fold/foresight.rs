@@ -190,7 +190,7 @@ fn least_distance_squared(
         let spread = Matrix6::identity() + jacobian * covariance * jacobian.transpose();
         let weighed = Cholesky::new(spread)?.solve(&offset);
         let distance = offset.dot(&weighed);
-        if !(distance > within) {
+        if distance <= within || distance.is_nan() {
             return None;
         }
         least = least.min(distance);

@@ -10,7 +10,7 @@ const CHUNK: usize = 64;
 /// Grows at its end; cloning costs one reference count a chunk, and the first change
 /// of an element after that copies its chunk.
 #[derive(Clone, Debug)]
-pub(crate) struct SharedVec<T> {
+pub struct SharedVec<T> {
     chunks: Vec<Arc<Vec<T>>>,
     length: usize,
 }
@@ -22,11 +22,18 @@ impl<T> Default for SharedVec<T> {
 }
 
 impl<T: Clone> SharedVec<T> {
-    pub(crate) fn len(&self) -> usize {
+    /// Number of elements.
+    pub fn len(&self) -> usize {
         self.length
     }
 
-    pub(crate) fn push(&mut self, value: T) {
+    /// Whether there is no element.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Appends an element.
+    pub fn push(&mut self, value: T) {
         if self.length.is_multiple_of(CHUNK) {
             self.chunks.push(Arc::new(Vec::with_capacity(CHUNK)));
         }
@@ -35,7 +42,15 @@ impl<T: Clone> SharedVec<T> {
         self.length += 1;
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+    /// Appends copies of a value up to this length, if it is shorter.
+    pub fn extend_to(&mut self, length: usize, value: &T) {
+        while self.length < length {
+            self.push(value.clone());
+        }
+    }
+
+    /// All elements, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
         self.chunks.iter().flat_map(|chunk| chunk.iter())
     }
 }
