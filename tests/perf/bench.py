@@ -70,7 +70,7 @@ class Bench:
             if keyframes in grid.daemons and percent == 20:
                 asked = ["--decisions", str(grid.decisions)]
                 found["daemon"] = self.json(f"{title}: pdnd", [*self.daemon, str(written), *asked])
-            if keyframes in grid.memories:
+            if keyframes in grid.memories and percent == 20:
                 found["memory"] = self.memory(title, which, written)
         finally:
             written.unlink(missing_ok=True)

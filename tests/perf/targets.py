@@ -35,8 +35,8 @@ def targets(surveys: Sequence[Found]) -> list[Target]:
     for percent in (20, 60):
         if (10_000, percent) in by_name:
             found.extend(_update(by_name[10_000, percent]))
-        if (20_000, percent) in by_name:
-            found.extend(_memory(by_name[20_000, percent]))
+    if (20_000, 20) in by_name:
+        found.extend(_memory(by_name[20_000, 20]))
     for survey in surveys:
         found.extend(_drift(survey))
     found.extend(_exactness([survey for survey in surveys if "exactness" in survey]))
