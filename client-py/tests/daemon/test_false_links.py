@@ -1,7 +1,7 @@
 """False camera links: images that look alike and are not, with the covariance of true ones.
 
-The same flights with and without them, under the contract's default loss (Cauchy 2.385); and without a
-loss, to see that the links are bad enough to matter.
+The same flights with and without them, under the contract's default loss (Cauchy 2.385), which weighs them
+down; and without a loss, where they are refused as contradictions.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class Confused(remote.RemotePlanner):
         super().registration(older, newer, measured)
 
 
-def fly(daemon: Daemon, config: dict, seed: int, false_share: float, name: str) -> tuple[float, int]:
-    """The error of the whole course, m, and how many links were false."""
+def fly(daemon: Daemon, config: dict, seed: int, false_share: float, name: str) -> tuple[float, int, int]:
+    """The error of the whole course, m, how many links were false, and how many were refused."""
     scenario: Scenario = dataclasses.replace(FLOOR, survey=SURVEY, config=config)
     with (
         connect("sim", daemon.endpoint) as client,
@@ -65,23 +65,26 @@ def fly(daemon: Daemon, config: dict, seed: int, false_share: float, name: str) 
     ):
         confused = Confused(planner, 1000 + seed, false_share)
         run = flight.fly(scenario, "open-loop", 1.0, seed, confused)
-    assert run.refused == []
-    return run.result.position_rmse_m, confused.false
+    assert all(": contradiction: factor.camera: " in refusal for refusal in run.refused), run.refused
+    return run.result.position_rmse_m, confused.false, len(run.refused)
 
 
 @pytest.mark.timeout(300)
 def test_with_five_percent_false_links_the_error_stays_within_half_as_much_again(daemon: Daemon) -> None:
-    false_links, ruined = 0, []
+    false_links = refused_links = 0
     for seed in SEEDS:
-        clean_m, _ = fly(daemon, DEFAULT_LOSS, seed, 0.0, "clean")
-        confused_m, count = fly(daemon, DEFAULT_LOSS, seed, FALSE_SHARE, "confused")
-        without_loss_m, _ = fly(daemon, NO_LOSS, seed, FALSE_SHARE, "no-loss")
+        clean_m, _, refused_clean = fly(daemon, DEFAULT_LOSS, seed, 0.0, "clean")
+        confused_m, count, refused_confused = fly(daemon, DEFAULT_LOSS, seed, FALSE_SHARE, "confused")
+        without_loss_m, _, refused = fly(daemon, NO_LOSS, seed, FALSE_SHARE, "no-loss")
         print(
             f"seed {seed}: {clean_m:.3f} m clean, {confused_m:.3f} m with {count} false links, "
-            f"{without_loss_m:.3f} m without the loss"
+            f"{without_loss_m:.3f} m without the loss, {refused} of them refused"
         )
-        assert confused_m <= 1.5 * clean_m
+        assert (refused_clean, refused_confused) == (0, 0), "the loss is there to weigh them down"
+        assert max(confused_m, without_loss_m) <= 1.5 * clean_m
+        assert refused <= count, "no true link is refused"
         false_links += count
-        ruined.append(without_loss_m / clean_m)
+        refused_links += refused
     assert false_links >= 5
-    assert max(ruined) > 1.5, "the links are not bad enough to tell anything"
+    # A false direction or turn may by chance be near the true one; most are not.
+    assert refused_links > false_links / 2, "the links are not bad enough to tell anything"
