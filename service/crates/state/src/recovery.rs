@@ -158,10 +158,8 @@ impl Folding {
 
     /// Whatever came out as refused must have been recorded by now.
     fn miss_none(&mut self) {
-        if let (Some(problem), None) = (self.expected.front(), &self.differs) {
-            let (seq, message) = (problem.seq, &problem.message);
-            self.differs =
-                Some(format!("event {seq:?}: recorded \"not refused\", with {SOFTWARE} \"{message}\""));
+        if let Some(problem) = self.expected.pop_front() {
+            self.note_difference(problem.seq, "not refused", &problem.message);
         }
         self.expected.clear();
     }
@@ -170,12 +168,15 @@ impl Folding {
     fn compare(&mut self, found: &Problem) {
         let expected = self.expected.pop_front();
         let bytes = |problem: &Problem| encode(problem, Format::Bincode).unwrap_or_default();
-        if self.differs.is_none() && expected.as_ref().map(bytes) != Some(bytes(found)) {
+        if expected.as_ref().map(bytes) != Some(bytes(found)) {
             let now = expected.map_or("not refused".to_owned(), |problem| problem.message);
-            self.differs = Some(format!(
-                "event {:?}: recorded \"{}\", with {SOFTWARE} \"{now}\"",
-                found.seq, found.message
-            ));
+            self.note_difference(found.seq, &found.message, &now);
         }
+    }
+
+    /// Keeps the first difference.
+    fn note_difference(&mut self, seq: Option<u64>, recorded: &str, now: &str) {
+        let told = || format!("event {seq:?}: recorded \"{recorded}\", with {SOFTWARE} \"{now}\"");
+        self.differs.get_or_insert_with(told);
     }
 }
