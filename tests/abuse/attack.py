@@ -5,7 +5,7 @@ import select
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -47,13 +47,6 @@ class Good:
         self.keyframes += 1
         assert self.client.mission(after=self.last).keyframes == self.keyframes
         return time.monotonic() - began
-
-    def step_until(self, condition: Callable[[], bool], what: str, bound_s: float = 20.0) -> None:
-        """Steps until that is so."""
-        give_up_s = time.monotonic() + bound_s
-        while not condition():
-            assert time.monotonic() < give_up_s, f"{what}: not within {bound_s} s"
-            self.step()
 
     def steps_until(self, ended: "Hostile", bound_s: float = 60.0) -> list[float]:
         """Steps until the other program has ended."""

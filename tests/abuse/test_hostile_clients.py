@@ -29,7 +29,7 @@ def under(attack: str, times: list[float]) -> None:
 def test_a_listener_that_never_reads(target: Daemon, good: Good, pattern: str) -> None:
     with hostile("never_reads", target.endpoint, pattern) as client:
         # Its subscription takes a moment to arrive.
-        good.step_until(client.has_spoken, "the listener heard something")
+        wait_until(lambda: good.step() >= 0.0 and client.has_spoken(), "the listener to hear of a step")
         assert client.says() == "blocked"
         # Each is refused aloud, which fills what stands between the daemon and the listener.
         with hostile("sends_rubbish", target.endpoint, "good", "150000") as flood:

@@ -9,9 +9,8 @@ which other work on the machine disturbs less.
 import argparse
 import json
 import os
-import socket
 import statistics
-import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -26,6 +25,9 @@ from pdn.client import Client, MissionStream, connect
 from pdn.client.session import open_session
 
 from survey_file import ATTITUDE, DEPTH, ODOMETRY, PRIOR, Array, SurveyFile
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from conftest import Daemon, start_daemon
 
 Found = dict[str, Any]
 
@@ -68,18 +70,6 @@ def measure(survey: SurveyFile, binary: Path, decisions: int, threads: int) -> F
             certain.fly_to(survey.keyframes - decisions * len(FORMS) - 1)
             found["certain"] = [certain.decisions("choice", form, decisions) for form in FORMS]
     return found
-
-
-class Daemon(NamedTuple):
-    """A running pdnd."""
-
-    endpoint: str
-    pid: int
-
-    def cpu_ms(self) -> float:
-        """CPU time of all threads that it has."""
-        threads = Path(f"/proc/{self.pid}/task").glob("*/schedstat")
-        return sum(int(thread.read_text().split()[0]) for thread in threads) * 1e-6
 
 
 class Asked(NamedTuple):
@@ -177,18 +167,18 @@ class Mission:
         paths = [[places[keyframe] for keyframe in known.path] for known in decision.candidates]
         took, cpu = [], []
         for _ in range(repeats):
-            before_ms = self.daemon.cpu_ms()
+            before_ms = spent_ms(self.daemon)
             took.append(self.client.evaluate(paths).timing.evaluate_ms)
-            cpu.append(self.daemon.cpu_ms() - before_ms)
+            cpu.append(spent_ms(self.daemon) - before_ms)
         return {"median": statistics.median(took), "cpu": statistics.median(cpu)}
 
     def ask(self, topic: wire.Topic, form: str, parameters: str) -> Asked:
         selector = f"{wire.key(self.name, topic)}?{parameters};encoding={form}".replace("?;", "?")
-        before_ms, began = self.daemon.cpu_ms(), time.perf_counter()
+        before_ms, began = spent_ms(self.daemon), time.perf_counter()
         replies = self.session.get(selector, timeout=TIMEOUT_S, consolidation=zenoh.ConsolidationMode.NONE)
         reply = next(iter(replies))
         ms = 1e3 * (time.perf_counter() - began)
-        cpu_ms = self.daemon.cpu_ms() - before_ms
+        cpu_ms = spent_ms(self.daemon) - before_ms
         if reply.ok is None:
             raise SystemExit(f"{selector} was refused: {reply.err and reply.err.payload.to_string()}")
         return Asked(reply.ok.payload.to_bytes(), ms, cpu_ms)
@@ -225,24 +215,18 @@ def configuration(name: str, survey: SurveyFile, changes: Found) -> Found:
 @contextmanager
 def pdnd(binary: Path, folder: Path, threads: int) -> Iterator[Daemon]:
     """A daemon of its own on loopback, ready."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    command = [str(binary), "--listen", endpoint, "--state-dir", str(folder / "state")]
-    with (folder / "pdnd.log").open("wb") as log:
-        process = subprocess.Popen(
-            command, stderr=log, env={**os.environ, "PDN_PLANNER_THREADS": str(threads)}
-        )
+    os.environ.update(PDND_BINARY=str(binary), PDN_PLANNER_THREADS=str(threads))
+    daemon = start_daemon(folder)
     try:
-        give_up_s = time.monotonic() + READY_S
-        health = [str(binary), "health", "--connect", endpoint]
-        while subprocess.run(health, capture_output=True, check=False).returncode != 0:
-            if process.poll() is not None or time.monotonic() > give_up_s:
-                raise SystemExit(f"pdnd is not ready:\n{(folder / 'pdnd.log').read_text()}")
-        yield Daemon(endpoint, process.pid)
+        yield daemon
     finally:
-        process.terminate()
-        process.wait(timeout=30)
+        daemon.stop()
+
+
+def spent_ms(daemon: Daemon) -> float:
+    """CPU time of all threads that it has."""
+    threads = Path(f"/proc/{daemon.process.pid}/task").glob("*/schedstat")
+    return sum(int(thread.read_text().split()[0]) for thread in threads) * 1e-6
 
 
 def main() -> None:

@@ -1,19 +1,14 @@
 """How soon a killed daemon serves a long survey again, its checkpoint being as old as kills find it."""
 
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
+from daemon import Mission
 
 from conftest import pdnd_binary, start_daemon
 from json_zenoh import JsonVehicle, open_session
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "perf"))
-from daemon import Daemon as Served
-from daemon import Mission
-
 from survey_file import SurveyFile
 
 BOUND_S = 4.0
@@ -25,7 +20,7 @@ BOUND_S = 4.0
 def test_a_killed_daemon_is_soon_back(tmp_path: Path, keyframes: int) -> None:
     survey = make_survey(tmp_path / "survey", keyframes)
     running = start_daemon(tmp_path)
-    mission = Mission(Served(running.endpoint, running.process.pid), "auv", survey, {})
+    mission = Mission(running, "auv", survey, {})
     mission.fly_to(keyframes)
     before = mission.client.mission()
     running.process.kill()
