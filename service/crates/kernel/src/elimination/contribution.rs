@@ -46,8 +46,8 @@ impl<'a> Contribution<'a> {
             add_pair(assembly, &attachment.chain.joins[0].out, &robot, &variables.node(0, Way::Out));
         }
         for &(_, kept) in &attachment.homed[rows.homed.clone()] {
-            let own = &self.own[attachment.chain.kept[kept as usize] as usize];
-            variables.of(kept).for_each(|id| assembly.add_diagonal(id, own));
+            let own = self.own[attachment.chain.kept[kept as usize] as usize] * variables.own_share(kept);
+            variables.of(kept).for_each(|id| assembly.add_diagonal(id, &own));
             self.add_joins(assembly, index, kept);
         }
         if attachment.touched[index] == TOP {
@@ -59,10 +59,10 @@ impl<'a> Contribution<'a> {
     fn add_link(&self, assembly: &mut Assembly, link: usize) {
         let link = &self.path.links[link];
         let weight = self.weight.of(link);
-        let nodes = if link.place == 0 || link.place == self.path.places() { 1.0 } else { 2.0_f64 };
+        let nodes = if link.place == 0 || link.place == self.path.places() { 1.0 } else { 2.0 };
         let id = self.attachment.linked(self.variables, link.place);
         assembly.add_diagonal(link.keyframe.0, &(link.information.first * (nodes * weight)));
-        assembly.add_cross(link.keyframe.0, id, &(link.information.cross * (nodes.sqrt() * weight)));
+        assembly.add_cross(link.keyframe.0, id, &(link.information.cross * weight));
     }
 
     /// What joins a place that is eliminated here to its neighbours that are not eliminated before.
