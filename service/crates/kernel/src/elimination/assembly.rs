@@ -47,14 +47,14 @@ impl Assembly {
         self.clear();
     }
 
-    /// Sets everything to zero that is meant.
+    /// Sets everything to zero that is meant, and what lies beside it in the diagonal blocks.
     fn clear(&mut self) {
         let (rows, leading) = (self.rows(), self.leading);
         if self.matrix.len() < rows * leading {
             self.matrix.resize(rows * leading, 0.0);
         }
         for (column, entries) in self.matrix[..rows * leading].chunks_exact_mut(leading).enumerate() {
-            entries[column..].fill(0.0);
+            entries[column / 6 * 6..].fill(0.0);
         }
         self.right.clear();
         self.right.resize(leading, 0.0);
