@@ -103,11 +103,11 @@ fn virtual_nodes(path: &VirtualPath) -> usize {
 
 /// What is expected at a place is expected at each of its nodes.
 fn path_links(path: &VirtualPath) -> usize {
-    path.links.iter().map(|link| path.nodes_at(link.place).into_iter().flatten().count()).sum()
+    path.links().map(|(place, _)| path.nodes_at(place).into_iter().flatten().count()).sum()
 }
 
 fn linked(path: &VirtualPath) -> usize {
-    path.links.iter().map(|link| link.keyframe).collect::<BTreeSet<_>>().len()
+    path.links().map(|(_, link)| link.keyframe).collect::<BTreeSet<_>>().len()
 }
 
 /// Terminal covariance of each candidate.

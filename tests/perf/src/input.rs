@@ -1,11 +1,14 @@
 //! The input of one run as arrays: the information matrix, the candidates, and the stream of factors.
 
 use std::io::Result;
+use std::sync::Arc;
 
 use nalgebra::{Matrix6, Vector6};
 
 use crate::arrays::Arrays;
-use crate::kernel::{BlockSystem, Node, PairInformation, Pose, VirtualLink, VirtualPath};
+use crate::kernel::{
+    BlockSystem, Node, PairInformation, Pose, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
+};
 use crate::survey::{self, Keyframe, Measured};
 
 /// What the blocks of Lambda_0 are, by the pair of their nodes (rows of the lower, columns of the higher).
@@ -48,7 +51,7 @@ pub fn put_paths(arrays: &mut Arrays, paths: &[VirtualPath]) {
     let pair = |pair: &PairInformation| {
         [pair.first, pair.cross, pair.second].map(|block| row_major(&block)).concat()
     };
-    let unary = |path: &VirtualPath, node: u32| row_major(&path.unary[path.place_of(node) as usize]);
+    let unary = |path: &VirtualPath, node: u32| row_major(path.unary(node));
     arrays.put_u32("path_nodes", &[], paths.iter().map(VirtualPath::nodes));
     arrays.put_u32("path_links", &[], paths.iter().map(|path| links(path).count() as u32));
     let nodes = || paths.iter().flat_map(|path| (1..=path.nodes()).map(move |node| (path, node)));
@@ -62,8 +65,8 @@ pub fn put_paths(arrays: &mut Arrays, paths: &[VirtualPath]) {
 
 /// The links of each virtual node; what is expected at a place is expected at each of its nodes.
 fn links(path: &VirtualPath) -> impl Iterator<Item = (u32, &VirtualLink)> {
-    let at = |link: &VirtualLink| path.nodes_at(link.place).into_iter().flatten();
-    path.links.iter().flat_map(move |link| at(link).map(move |node| (node, link)))
+    path.links()
+        .flat_map(|(place, link)| path.nodes_at(place).into_iter().flatten().map(move |node| (node, link)))
 }
 
 /// The candidates, made one at a time.
@@ -77,25 +80,28 @@ pub fn paths(arrays: &Arrays, robot: Node) -> Result<impl Iterator<Item = Virtua
         let (first_node, links) = (node, link..link + link_count as usize);
         let places = node_count as usize / 2;
         (node, link) = (node + node_count as usize, links.end);
-        // The nodes of the way out stand at the places 1 to m, the terminal one at place 0.
-        let at_places = std::iter::once(node - 1).chain(first_node..first_node + places);
-        let link_at = |at: usize| {
-            let node = ends[2 * at];
-            let place = if node == node_count { 0 } else { node };
-            (place as usize <= places).then(|| VirtualLink {
-                place,
-                keyframe: Node(ends[2 * at + 1]),
-                information: pair_information(&information, at),
-                probability: probability[at],
-            })
-        };
-        VirtualPath {
-            robot,
-            unary: at_places.map(|at| block(&unary, at)).collect(),
-            out: (0..places).map(|place| pair_information(&steps, first_node + place)).collect(),
-            back: (0..places).map(|place| pair_information(&steps, node - 1 - place)).collect(),
-            links: links.filter_map(link_at).collect(),
+        let mut links_at: Vec<Vec<VirtualLink>> = vec![Vec::new(); places + 1];
+        for at in links {
+            let place = if ends[2 * at] == node_count { 0 } else { ends[2 * at] as usize };
+            // A link of the way back is that of the way out once more.
+            if place <= places {
+                links_at[place].push(VirtualLink {
+                    keyframe: Node(ends[2 * at + 1]),
+                    information: pair_information(&information, at),
+                    probability: probability[at],
+                });
+            }
         }
+        // The nodes of the way out stand at the places 1 to m, the terminal one at place 0.
+        let place = |(place, links): (usize, Vec<VirtualLink>)| {
+            let steps = (place > 0).then(|| VirtualSteps {
+                out: pair_information(&steps, first_node + place - 1),
+                back: pair_information(&steps, node - place),
+            });
+            let own = if place == 0 { node - 1 } else { first_node + place - 1 };
+            Arc::new(VirtualPlace { unary: block(&unary, own), steps, links })
+        };
+        VirtualPath { robot, places: links_at.into_iter().enumerate().map(place).collect() }
     }))
 }
 
@@ -180,19 +186,21 @@ mod tests {
             Matrix6::from_fn(|row, column| next + (row * 6 + column) as f64 * 1e-3)
         };
         let mut pair = || PairInformation { first: block(), cross: block(), second: block() };
-        let mut path = |places: u32| VirtualPath {
-            robot: Node(7),
-            unary: (0..=places).map(|_| pair().first).collect(),
-            out: (0..places).map(|_| pair()).collect(),
-            back: (0..places).map(|_| pair()).collect(),
-            links: [(0, 3), (1, 4), (1, 5), (places, 6)]
-                .map(|(place, keyframe)| VirtualLink {
-                    place,
-                    keyframe: Node(keyframe),
-                    information: pair(),
-                    probability: 1.0 / f64::from(keyframe),
-                })
-                .to_vec(),
+        let mut path = |places: usize| {
+            let mut link = |keyframe: u32| VirtualLink {
+                keyframe: Node(keyframe),
+                information: pair(),
+                probability: 1.0 / f64::from(keyframe),
+            };
+            let mut links = vec![Vec::new(); places + 1];
+            [(0, 3), (1, 4), (1, 5), (places, 6)]
+                .into_iter()
+                .for_each(|(at, keyframe)| links[at].push(link(keyframe)));
+            let place = |(place, links)| {
+                let steps = (place > 0).then(|| VirtualSteps { out: pair(), back: pair() });
+                Arc::new(VirtualPlace { unary: pair().first, steps, links })
+            };
+            VirtualPath { robot: Node(7), places: links.into_iter().enumerate().map(place).collect() }
         };
         let written = [path(3), path(1), path(2)];
         let mut arrays = Arrays::default();

@@ -9,7 +9,9 @@ use serde::Serialize;
 use crate::measure::timed;
 use crate::survey::{self, Keyframe, Measured};
 
-pub use pdn_kernel::elimination::{BlockSystem, Elimination, VirtualLink, VirtualPath, Workspace};
+pub use pdn_kernel::elimination::{
+    BlockSystem, Elimination, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps, Workspace,
+};
 pub use pdn_kernel::information::PairInformation;
 pub use pdn_kernel::se3::Pose;
 pub use pdn_kernel::{KernelError, Node};

@@ -9,10 +9,13 @@ mod measure;
 
 use measure::{now_ms, summary};
 use nalgebra::{Matrix5, Matrix6, Translation3, UnitQuaternion, Vector3, Vector5, Vector6};
-use pdn_kernel::elimination::{Elimination, LinkWeight, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{
+    Elimination, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps, Workspace,
+};
 use pdn_kernel::information;
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{Factor, KernelError, Loss, Node, Pose, se3};
+use std::sync::Arc;
 
 const SPACING_M: f64 = 0.5;
 const TRACK_SPACING_M: f64 = 0.7;
@@ -88,7 +91,7 @@ fn survey(keyframes: usize, settings: SmootherSettings) -> Result<(), KernelErro
         }
     }
     let nodes: usize = paths.iter().map(|path| path.nodes() as usize).sum();
-    let links: usize = paths.iter().map(|path| path.links.len()).sum();
+    let links: usize = paths.iter().map(|path| path.links().count()).sum();
     println!("  per candidate {} virtual nodes, {} links", nodes / CANDIDATES, links / CANDIDATES);
     Ok(())
 }
@@ -221,15 +224,14 @@ fn path_to(smoother: &Smoother, goal: usize) -> Result<VirtualPath, KernelError>
     };
     let camera_weights = Matrix5::from_diagonal(&camera_sigmas().map(|sigma| 1.0 / sigma));
     let tilt = 0.25_f64.to_radians();
-    let mut path =
-        VirtualPath { robot, unary: Vec::new(), out: Vec::new(), back: Vec::new(), links: Vec::new() };
+    let mut places = Vec::new();
     for place in 0..=pieces {
         let pose = at(place);
-        path.unary.push(information::attitude(&pose, tilt, Some(tilt)) + information::depth(&pose, 0.02));
-        if place > 0 {
-            path.out.push(odometry(&at(place - 1), &pose));
-            path.back.push(odometry(&pose, &at(place - 1)));
-        }
+        let steps = place
+            .checked_sub(1)
+            .map(at)
+            .map(|before| VirtualSteps { out: odometry(&before, &pose), back: odometry(&pose, &before) });
+        let mut links = Vec::new();
         let mut near: Vec<(f64, usize)> = poses
             .iter()
             .enumerate()
@@ -239,15 +241,16 @@ fn path_to(smoother: &Smoother, goal: usize) -> Result<VirtualPath, KernelError>
         near.sort_by(|one, other| one.partial_cmp(other).expect("distances are finite"));
         for &(_, keyframe) in near.iter().take(4) {
             let mount = body_from_camera();
-            path.links.push(VirtualLink {
-                place: place as u32,
+            links.push(VirtualLink {
                 keyframe: Node(keyframe as u32),
                 information: information::camera(&poses[keyframe], &mount, &pose, &mount, &camera_weights)?,
                 probability: 0.6,
             });
         }
+        let unary = information::attitude(&pose, tilt, Some(tilt)) + information::depth(&pose, 0.02);
+        places.push(Arc::new(VirtualPlace { unary, steps, links }));
     }
-    Ok(path)
+    Ok(VirtualPath { robot, places })
 }
 
 fn timed<T>(times: usize, mut work: impl FnMut() -> Result<T, KernelError>) -> Result<f64, KernelError> {

@@ -119,17 +119,15 @@ pub enum KernelError {
         nodes: usize,
     },
 
-    /// The parts of a virtual path do not fit together.
+    /// The places of a virtual path do not fit together.
     #[error(
-        "a path needs at least one place, a step between each two of them on either way, and links at its own places: \
-         {places} places, {steps:?} steps out and back, links fit: {links_fit}"
+        "a path needs the robot's place and one more, and odometry to each but the first: {places} places, odometry is \
+         wrong at place {}", .wrong_step.map_or("(none)".to_string(), |place| place.to_string())
     )]
     PathShape {
-        /// Number of places besides the robot's.
+        /// Number of places, the robot's included.
         places: usize,
-        /// Number of steps of the way out and of the way back.
-        steps: [usize; 2],
-        /// Whether every link names a place from 0 to the number of places.
-        links_fit: bool,
+        /// The first place that has odometry though it is the robot's, or has none though it is not.
+        wrong_step: Option<usize>,
     },
 }

@@ -5,12 +5,13 @@ use crate::registration::{Link, links};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::{Snapshot, SnapshotKeyframe};
 use nalgebra::{Matrix5, Matrix6, Vector5};
-use pdn_kernel::elimination::{Candidates, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{Candidates, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps, Workspace};
 use pdn_kernel::information::PairInformation;
 use pdn_kernel::se3::{Pose, adjoint};
 use pdn_kernel::{Node, information};
 use rayon::prelude::*;
 use std::cmp::Ordering;
+use std::sync::Arc;
 use std::sync::Mutex;
 
 /// The robot's expected knowledge at the end of a round trip and on the way.
@@ -153,10 +154,11 @@ fn evaluate_group<T: Clone>(
 
 /// Virtual node, keyframe and P_L of each expected registration, by node: what is expected at a place, at each of its nodes.
 fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
-    let nodes = |link: &VirtualLink| path.nodes_at(link.place).into_iter().flatten();
-    let links = path.links.iter();
-    let mut links: Vec<(u32, Node, f64)> =
-        links.flat_map(|link| nodes(link).map(|node| (node, link.keyframe, link.probability))).collect();
+    let at_nodes = |(place, link): (u32, &VirtualLink)| {
+        let (keyframe, probability) = (link.keyframe, link.probability);
+        path.nodes_at(place).into_iter().flatten().map(move |node| (node, keyframe, probability))
+    };
+    let mut links: Vec<(u32, Node, f64)> = path.links().flat_map(at_nodes).collect();
     links.sort_by_key(|&(node, ..)| node); // stable: of a node, the most probable first
     links
 }
@@ -171,58 +173,36 @@ pub fn virtual_paths(snapshot: &Snapshot, trips: &[&RoundTrip]) -> Result<Vec<Vi
     let at_robot = snapshot.keyframe(robot).world_from_body;
     let mut paths = Vec::with_capacity(trips.len());
     let mut before: &[Pose] = &[];
-    let mut places: Vec<ExpectedPlace> = vec![ExpectedPlace::new(snapshot, None, &at_robot)?];
+    let mut places = vec![expected_place(snapshot, None, &at_robot)?];
     for trip in trips {
         let outbound = &trip.poses[..trip.poses.len() / 2];
         let shared = before.iter().zip(outbound).take_while(|(one, other)| one == other).count();
         places.truncate(1 + shared);
         for (index, pose) in outbound.iter().enumerate().skip(shared) {
             let from = if index == 0 { &at_robot } else { &outbound[index - 1] };
-            places.push(ExpectedPlace::new(snapshot, Some(from), pose)?);
+            places.push(expected_place(snapshot, Some(from), pose)?);
         }
-        paths.push(virtual_path(robot, &places));
+        paths.push(VirtualPath { robot, places: places.clone() });
         before = outbound;
     }
     Ok(paths)
 }
 
-/// What is expected at a place of a path, and of the way there from the place before.
-struct ExpectedPlace {
-    unary: Matrix6<f64>,
-    /// Odometry there and back; none at the robot's place.
-    steps: Option<[PairInformation; 2]>,
-    links: Vec<(Link, PairInformation)>,
-}
-
-impl ExpectedPlace {
-    fn new(snapshot: &Snapshot, from: Option<&Pose>, pose: &Pose) -> Result<ExpectedPlace, PlanningError> {
-        let steps =
-            |from| [(from, pose), (pose, from)].map(|(from, to)| expected_odometry(snapshot, from, to));
-        Ok(ExpectedPlace {
-            unary: absolute_information(snapshot, pose),
-            steps: from.map(steps),
-            links: expected_registrations(snapshot, pose)?,
-        })
-    }
-}
-
-fn virtual_path(robot: Node, places: &[ExpectedPlace]) -> VirtualPath {
-    let steps = |way: usize| places.iter().filter_map(|place| Some(place.steps?[way])).collect();
-    let links = (0..).zip(places).flat_map(|(number, place)| {
-        place.links.iter().map(move |(link, information)| VirtualLink {
-            place: number,
-            keyframe: link.keyframe,
-            information: *information,
-            probability: link.probability,
-        })
-    });
-    VirtualPath {
-        robot,
-        unary: places.iter().map(|place| place.unary).collect(),
-        out: steps(0),
-        back: steps(1),
-        links: links.collect(),
-    }
+/// What is expected at a place, and of the way there from the place before.
+fn expected_place(
+    snapshot: &Snapshot,
+    from: Option<&Pose>,
+    pose: &Pose,
+) -> Result<Arc<VirtualPlace>, PlanningError> {
+    let steps = |from| VirtualSteps {
+        out: expected_odometry(snapshot, from, pose),
+        back: expected_odometry(snapshot, pose, from),
+    };
+    Ok(Arc::new(VirtualPlace {
+        unary: absolute_information(snapshot, pose),
+        steps: from.map(steps),
+        links: expected_registrations(snapshot, pose)?,
+    }))
 }
 
 /// H^T Q^-1 H with Q = diag(sigma^2) d, d the distance between the nodes [PDN12, eq. 1].
@@ -249,21 +229,18 @@ fn absolute_information(snapshot: &Snapshot, pose: &Pose) -> Matrix6<f64> {
 }
 
 /// H^T R^-1 H of each registration that a virtual node may expect [PDN12, eq. 3].
-fn expected_registrations(
-    snapshot: &Snapshot,
-    pose: &Pose,
-) -> Result<Vec<(Link, PairInformation)>, PlanningError> {
+fn expected_registrations(snapshot: &Snapshot, pose: &Pose) -> Result<Vec<VirtualLink>, PlanningError> {
     let settings = &snapshot.settings;
     let [direction, rotation] = [settings.direction_sigma_rad, settings.rotation_sigma_rad].map(f64::recip);
     let weight = Matrix5::from_diagonal(&Vector5::new(direction, direction, rotation, rotation, rotation));
     let nearest = snapshot.nearest(&pose.translation.vector)?;
     let body_from_camera = &snapshot.keyframe(nearest).body_from_camera;
-    let with_information = |link: Link| {
+    let with_information = |Link { keyframe, probability }: Link| {
         let SnapshotKeyframe { world_from_body, body_from_camera: target_from_camera, .. } =
-            snapshot.keyframe(link.keyframe);
+            snapshot.keyframe(keyframe);
         let information =
             information::camera(world_from_body, target_from_camera, pose, body_from_camera, &weight)?;
-        Ok((link, information))
+        Ok(VirtualLink { keyframe, information, probability })
     };
     links(snapshot, pose, nearest).into_iter().map(with_information).collect()
 }

@@ -27,8 +27,8 @@ pub(super) struct Attachment {
     /// The rows of each touched front; see `layout`.
     pub rows: Vec<Rows>,
     pub ids: Vec<u32>,
-    /// Links and kept places, by the place of the front they belong to.
-    pub links: Vec<(u32, u32)>,
+    /// Links and kept places, by the place in `touched` of the front they belong to.
+    pub links: Vec<LinkAt>,
     pub homed: Vec<(u32, u32)>,
     /// Place in `touched` of the front that eliminates the robot.
     pub robot_at: u32,
@@ -39,6 +39,17 @@ pub(super) struct Attachment {
     anchors: Vec<(u32, u32)>,
     /// Place of each front in `touched`, else `NONE`.
     place: Vec<u32>,
+}
+
+/// Where a link is, on the tree and on the path; ordered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct LinkAt {
+    /// Place in `Attachment::touched` of the front that eliminates its keyframe.
+    pub front: u32,
+    /// The path's place.
+    pub place: u32,
+    /// Among the links of that place.
+    pub index: u32,
 }
 
 /// A touched front's share of the path.
@@ -67,29 +78,29 @@ impl Attachment {
     ) -> Result<(), KernelError> {
         self.forget_touched();
         self.is_linked.clear();
-        self.is_linked.resize(path.unary.len(), false);
-        for link in path.links.iter().filter(|link| counts(link)) {
-            self.is_linked[link.place as usize] = true;
-        }
+        self.is_linked.extend(path.places.iter().map(|place| place.links.iter().any(&counts)));
         self.chain.reduce(path, &self.is_linked)?;
         self.kept_of.clear();
-        self.kept_of.resize(path.unary.len(), NONE);
+        self.kept_of.resize(path.places.len(), NONE);
         for (index, &place) in self.chain.kept.iter().enumerate() {
             self.kept_of[place as usize] = index as u32;
         }
 
         self.anchors.clear();
         self.anchors.push((0, tree.front_of(path.robot.0)));
-        for link in path.links.iter().filter(|link| counts(link)) {
-            self.anchors.push((self.kept_of[link.place as usize], tree.front_of(link.keyframe.0)));
+        for (place, link) in path.links().filter(|(_, link)| counts(link)) {
+            self.anchors.push((self.kept_of[place as usize], tree.front_of(link.keyframe.0)));
         }
         homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
         self.order_touched(tree);
 
         let place = &self.place;
         self.links.clear();
-        for (index, link) in path.links.iter().enumerate().filter(|(_, link)| counts(link)) {
-            self.links.push((place[tree.front_of(link.keyframe.0) as usize], index as u32));
+        for (number, virtual_place) in (0..).zip(&path.places) {
+            for (index, link) in (0..).zip(&virtual_place.links).filter(|(_, link)| counts(link)) {
+                let front = place[tree.front_of(link.keyframe.0) as usize];
+                self.links.push(LinkAt { front, place: number, index });
+            }
         }
         self.links.sort_unstable();
         let top = self.touched.len() as u32 - 1;
@@ -105,7 +116,7 @@ impl Attachment {
         let shared = previous.map_or(0, |previous| path.shared_places(previous));
         let shared_kept = self.chain.kept.partition_point(|&place| place <= shared);
         self.first_own = variables.sum(shared_kept as u32);
-        self.lay_out(tree, variables, path);
+        self.lay_out(tree, variables);
         Ok(())
     }
 

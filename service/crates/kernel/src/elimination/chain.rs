@@ -60,19 +60,22 @@ impl Chain {
         self.kept.clear();
         self.joins.clear();
         self.gaps.clear();
-        let step = |place: usize| Join { out: path.out[place - 1], back: path.back[place - 1].exchanged() };
+        let step = |place: usize| {
+            let steps = path.steps_to(place as u32);
+            Join { out: steps.out, back: steps.back.exchanged() }
+        };
         let mut join = step(1);
         for (place, &is_linked) in is_linked.iter().enumerate().skip(1) {
-            if is_linked || place as u32 == path.places() {
+            if is_linked || place as u32 == path.last_place() {
                 self.joins.push(join);
                 self.kept.push(place as u32);
-                if (place as u32) < path.places() {
+                if (place as u32) < path.last_place() {
                     join = step(place + 1);
                 }
                 continue;
             }
             let next = step(place + 1);
-            let unary = &path.unary[place];
+            let unary = &path.places[place].unary;
             let [out_node, back_node] = path.nodes_at(place as u32).map(Option::unwrap_or_default);
             let (out, out_join) = take_out(&join.out, unary, &next.out, out_node)?;
             let (back, back_join) = take_out(&join.back, unary, &next.back, back_node)?;

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 
 use super::assembly::Assembly;
-use super::attachment::Attachment;
+use super::attachment::{Attachment, LinkAt};
 use super::chain::Join;
 use super::homes::TOP;
 use super::variables::{Combination, Variables, Way};
@@ -27,9 +27,9 @@ impl<'a> Contribution<'a> {
         weight: LinkWeight,
         variables: Variables,
     ) -> Contribution<'a> {
-        let mut own = path.unary.clone();
-        for link in &path.links {
-            own[link.place as usize] += link.information.second * weight.of(link);
+        let mut own: Vec<Matrix6<f64>> = path.places.iter().map(|place| place.unary).collect();
+        for (place, link) in path.links() {
+            own[place as usize] += link.information.second * weight.of(link);
         }
         Contribution { attachment, path, weight, variables, own }
     }
@@ -38,8 +38,8 @@ impl<'a> Contribution<'a> {
     pub(super) fn add(&self, assembly: &mut Assembly, index: usize) {
         let Contribution { attachment, path, variables, .. } = *self;
         let rows = &attachment.rows[index];
-        for &(_, link) in &attachment.links[rows.links.clone()] {
-            self.add_link(assembly, link as usize);
+        for link in &attachment.links[rows.links.clone()] {
+            self.add_link(assembly, link);
         }
         if attachment.robot_at == index as u32 {
             let robot = variables.start(path.robot.0, Way::Out);
@@ -56,11 +56,11 @@ impl<'a> Contribution<'a> {
     }
 
     /// Both nodes of a place register with the keyframe: twice on the keyframe, and with their sum.
-    fn add_link(&self, assembly: &mut Assembly, link: usize) {
-        let link = &self.path.links[link];
+    fn add_link(&self, assembly: &mut Assembly, at: &LinkAt) {
+        let link = &self.path.places[at.place as usize].links[at.index as usize];
         let weight = self.weight.of(link);
-        let nodes = if link.place == 0 || link.place == self.path.places() { 1.0 } else { 2.0 };
-        let id = self.attachment.linked(self.variables, link.place);
+        let nodes = self.path.nodes_at(at.place).into_iter().flatten().count() as f64;
+        let id = self.attachment.linked(self.variables, at.place);
         assembly.add_diagonal(link.keyframe.0, &(link.information.first * (nodes * weight)));
         assembly.add_cross(link.keyframe.0, id, &(link.information.cross * weight));
     }

@@ -262,14 +262,14 @@ impl Elimination {
     }
 
     pub(super) fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
-        let places = path.unary.len().saturating_sub(1);
-        let links_fit = path.links.iter().all(|link| link.place as usize <= places);
-        if places == 0 || path.out.len() != places || path.back.len() != places || !links_fit {
-            let steps = [path.out.len(), path.back.len()];
-            return Err(KernelError::PathShape { places, steps, links_fit });
+        let places = path.places.len();
+        let is_wrong = |&place: &usize| path.places[place].steps.is_some() != (place > 0);
+        let wrong_step = (0..places).find(is_wrong);
+        if places < 2 || wrong_step.is_some() {
+            return Err(KernelError::PathShape { places, wrong_step });
         }
         self.check(path.robot)?;
-        path.links.iter().try_for_each(|link| self.check(link.keyframe))
+        path.links().try_for_each(|(_, link)| self.check(link.keyframe))
     }
 
     fn check(&self, node: Node) -> Result<(), KernelError> {

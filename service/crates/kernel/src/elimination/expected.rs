@@ -175,7 +175,7 @@ pub(super) fn terminal_without_links(
     for node in 0..path.nodes() {
         let step = path.step(node);
         let carried = positive_definite::inverse(&(information + step.first)).map_err(lacks(node))?;
-        let unary = &path.unary[path.place_of(node + 1) as usize];
+        let unary = path.unary(node + 1);
         let kept = step.second + unary - step.cross.tr_mul(&(carried * step.cross));
         information = kept.symmetric_part();
     }

@@ -6,11 +6,10 @@ use super::attachment::{Attachment, Rows};
 use super::homes::{self, TOP};
 use super::tree::Tree;
 use super::variables::Variables;
-use super::virtual_path::VirtualPath;
 
 impl Attachment {
     /// Fills `rows` and `ids`, touched front by touched front.
-    pub(super) fn lay_out(&mut self, tree: &Tree, variables: Variables, path: &VirtualPath) {
+    pub(super) fn lay_out(&mut self, tree: &Tree, variables: Variables) {
         self.rows.clear();
         self.ids.clear();
         // Of each touched front whose parent has not come yet: the unknowns that pass through it. A subtree comes
@@ -20,13 +19,11 @@ impl Attachment {
         let (mut next_link, mut next_homed) = (0, 0);
         for index in 0..self.touched.len() {
             let front = self.touched[index];
-            let links = take_group(&self.links, index as u32, &mut next_link);
-            let homed = take_group(&self.homed, index as u32, &mut next_homed);
+            let links = take_group(&self.links, |link| link.front, index as u32, &mut next_link);
+            let homed = take_group(&self.homed, |homed| homed.0, index as u32, &mut next_homed);
 
             passing.clear();
-            for &(_, link) in &self.links[links.clone()] {
-                passing.push(self.linked(variables, path.links[link as usize].place));
-            }
+            passing.extend(self.links[links.clone()].iter().map(|link| self.linked(variables, link.place)));
             if self.robot_at == index as u32 {
                 passing.extend(variables.of(0));
             }
@@ -67,9 +64,9 @@ impl Attachment {
 }
 
 /// The next entries that belong to a front's place in the order.
-fn take_group(sorted: &[(u32, u32)], place: u32, next: &mut usize) -> Range<usize> {
+fn take_group<T>(sorted: &[T], front: impl Fn(&T) -> u32, place: u32, next: &mut usize) -> Range<usize> {
     let start = *next;
-    while sorted.get(*next).is_some_and(|&(at, _)| at == place) {
+    while sorted.get(*next).is_some_and(|entry| front(entry) == place) {
         *next += 1;
     }
     start..*next

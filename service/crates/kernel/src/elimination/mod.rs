@@ -57,6 +57,8 @@ pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;
 pub use tree_state::{FrontState, TreeState};
-pub use virtual_path::{ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath};
+pub use virtual_path::{
+    ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
+};
 
 pub(crate) use solution::Solution;

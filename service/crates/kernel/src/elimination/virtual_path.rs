@@ -1,5 +1,7 @@
 //! What a round trip that has not been driven adds to the pose graph: virtual nodes and their expected information.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix6;
 
 use crate::Node;
@@ -15,22 +17,33 @@ use crate::information::PairInformation;
 pub struct VirtualPath {
     /// The keyframe at which the path begins: virtual node 0.
     pub robot: Node,
-    /// Information of a node on its own (expected attitude and depth; may be zero) at each place 0 to m, m at least 1.
-    /// At place 0 it is the terminal node's.
-    pub unary: Vec<Matrix6<f64>>,
-    /// Odometry information of the way out: entry i joins place i (`first`) and place i + 1 (`second`), i = 0 to m - 1.
-    pub out: Vec<PairInformation>,
-    /// Odometry information of the way back: entry i joins place i + 1 (`first`) and place i (`second`).
-    pub back: Vec<PairInformation>,
-    /// Possible registrations at the places with keyframes, in any order.
+    /// Places 0 to m, m at least 1. Paths that begin alike do best to share them.
+    pub places: Vec<Arc<VirtualPlace>>,
+}
+
+/// A place of a round trip, as it is come to from the place before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VirtualPlace {
+    /// Information of a node on its own (expected attitude and depth; may be zero). At place 0 it is the terminal node's.
+    pub unary: Matrix6<f64>,
+    /// Odometry between the place before and this one; none at place 0, and only there.
+    pub steps: Option<VirtualSteps>,
+    /// Possible registrations with keyframes, in any order.
     pub links: Vec<VirtualLink>,
+}
+
+/// Odometry information between a place and the place before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VirtualSteps {
+    /// Of the way out: the place before is `first`, this one `second`.
+    pub out: PairInformation,
+    /// Of the way back: this place is `first`, the one before `second`.
+    pub back: PairInformation,
 }
 
 /// A possible registration between a node at a place and a keyframe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VirtualLink {
-    /// Place, 0 to m.
-    pub place: u32,
     /// The keyframe it would register with.
     pub keyframe: Node,
     /// Information of a registration that succeeds (`first` = keyframe, `second` = virtual node).
@@ -41,13 +54,13 @@ pub struct VirtualLink {
 
 impl VirtualPath {
     /// m, the number of places besides the robot's.
-    pub fn places(&self) -> u32 {
-        self.unary.len() as u32 - 1
+    pub fn last_place(&self) -> u32 {
+        self.places.len() as u32 - 1
     }
 
     /// n, the number of virtual nodes besides the robot.
     pub fn nodes(&self) -> u32 {
-        2 * self.places()
+        2 * self.last_place()
     }
 
     /// The place of a virtual node 1 to n.
@@ -58,46 +71,45 @@ impl VirtualPath {
     /// The virtual nodes at a place, on the way out and on the way back; place 0 has the terminal node, place m one node.
     pub fn nodes_at(&self, place: u32) -> [Option<u32>; 2] {
         let out = (place > 0).then_some(place);
-        [out, (place < self.places()).then_some(self.nodes() - place)]
+        [out, (place < self.last_place()).then_some(self.nodes() - place)]
+    }
+
+    /// Possible registrations with their places, in the order of places.
+    pub fn links(&self) -> impl Iterator<Item = (u32, &VirtualLink)> {
+        (0..).zip(&self.places).flat_map(|(number, place)| place.links.iter().map(move |link| (number, link)))
+    }
+
+    /// Odometry information between virtual nodes i (`first`) and i + 1 (`second`), i = 0 to n - 1. The path must have a
+    /// step to each place but 0.
+    pub fn step(&self, node: u32) -> &PairInformation {
+        if node < self.last_place() {
+            &self.steps_to(node + 1).out
+        } else {
+            &self.steps_to(self.nodes() - node).back
+        }
+    }
+
+    /// Information of a virtual node 1 to n on its own.
+    pub fn unary(&self, node: u32) -> &Matrix6<f64> {
+        &self.places[self.place_of(node) as usize].unary
+    }
+
+    pub(super) fn steps_to(&self, place: u32) -> &VirtualSteps {
+        self.places[place as usize].steps.as_ref().expect("there is a step to each place but the robot's")
     }
 
     /// The greatest place up to which, neither path's last one included, another path is the same; 0 unless both begin at the
-    /// same robot, end alike at place 0, and name their links in the order of places.
+    /// same robot and end alike at place 0.
     pub(super) fn shared_places(&self, other: &VirtualPath) -> u32 {
-        let mut links = self.links.iter().zip(&other.links).peekable();
-        let mut same_links = |place: u32| {
-            let mut same = true;
-            while let Some((one, other)) = links.next_if(|(one, other)| one.place.min(other.place) <= place) {
-                same &= one == other;
-            }
-            same
+        let is_same = |&place: &u32| {
+            let (one, other) = (&self.places[place as usize], &other.places[place as usize]);
+            Arc::ptr_eq(one, other) || one == other
         };
-        let in_order = |path: &VirtualPath| path.links.is_sorted_by_key(|link| link.place);
-        if !in_order(self)
-            || !in_order(other)
-            || self.robot != other.robot
-            || self.unary[0] != other.unary[0]
-            || !same_links(0)
-        {
+        if self.robot != other.robot || !is_same(&0) {
             return 0;
         }
-        let last = self.places().min(other.places());
-        let is_same = |place: u32| {
-            let at = place as usize;
-            self.unary[at] == other.unary[at]
-                && self.out[at - 1] == other.out[at - 1]
-                && self.back[at - 1] == other.back[at - 1]
-        };
-        (1..last).find(|&place| !is_same(place) || !same_links(place)).unwrap_or(last) - 1
-    }
-
-    /// Odometry information between virtual nodes i (`first`) and i + 1 (`second`), i = 0 to n - 1.
-    pub fn step(&self, node: u32) -> &PairInformation {
-        if node < self.places() {
-            &self.out[node as usize]
-        } else {
-            &self.back[(self.nodes() - node - 1) as usize]
-        }
+        let last = self.last_place().min(other.last_place());
+        (1..last).find(|place| !is_same(place)).unwrap_or(last) - 1
     }
 }
 

@@ -1,8 +1,12 @@
 //! What the tests of the elimination share: numbers that look random, random systems, dense answers.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
-use pdn_kernel::elimination::{BlockSystem, LinkWeight, VirtualLink, VirtualPath};
+use pdn_kernel::elimination::{
+    BlockSystem, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
+};
 use pdn_kernel::information::PairInformation;
 use pdn_kernel::{Node, Pose};
 
@@ -178,20 +182,22 @@ pub fn scaled_difference(found: &Matrix6<f64>, expected: &Matrix6<f64>) -> f64 {
 
 /// A round trip over so many places with links to random keyframes.
 pub fn random_path(keyframes: usize, places: usize, links: usize, random: &mut Random) -> VirtualPath {
-    let unary = (0..=places)
-        .map(|_| if random.below(2) == 0 { Matrix6::zeros() } else { 0.1 * random.positive() })
+    let mut made: Vec<VirtualPlace> = (0..=places)
+        .map(|place| VirtualPlace {
+            unary: if random.below(2) == 0 { Matrix6::zeros() } else { 0.1 * random.positive() },
+            steps: (place > 0).then(|| VirtualSteps { out: random.pair(), back: random.pair() }),
+            links: Vec::new(),
+        })
         .collect();
-    let out = (0..places).map(|_| random.pair()).collect();
-    let back = (0..places).map(|_| random.pair()).collect();
-    let links = (0..links)
-        .map(|_| VirtualLink {
-            place: random.below(places + 1) as u32,
+    for _ in 0..links {
+        made[random.below(places + 1)].links.push(VirtualLink {
             keyframe: Node(random.below(keyframes) as u32),
             information: random.pair(),
             probability: if random.below(5) == 0 { 0.0 } else { random.unit() },
-        })
-        .collect();
-    VirtualPath { robot: Node(random.below(keyframes) as u32), unary, out, back, links }
+        });
+    }
+    let robot = Node(random.below(keyframes) as u32);
+    VirtualPath { robot, places: made.into_iter().map(Arc::new).collect() }
 }
 
 /// Lambda_0 plus the path's information, dense, virtual nodes at the end.
@@ -215,15 +221,15 @@ pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWei
     for node in 0..count {
         add(row(node), row(node + 1), path.step(node as u32), 1.0);
     }
-    for link in &path.links {
-        for node in path.nodes_at(link.place).into_iter().flatten() {
+    for (place, link) in path.links() {
+        for node in path.nodes_at(place).into_iter().flatten() {
             add(link.keyframe.index(), row(node as usize), &link.information, weight.of(link));
         }
     }
     for node in 1..=count {
         let at = 6 * row(node);
         let mut view = matrix.view_mut((at, at), (6, 6));
-        view += path.unary[path.place_of(node as u32) as usize];
+        view += path.unary(node as u32);
     }
     matrix
 }
