@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Matrix6;
+use pdn_planning::belief::group_size;
 use serde::Serialize;
 
-use crate::kernel::{self, BlockSystem, Elimination, GROUP, KernelError, VirtualPath, Wanted, Workspace};
+use crate::kernel::{self, BlockSystem, Elimination, KernelError, VirtualPath, Wanted, Workspace};
 use crate::measure::{Summary, median, summary, timed, wall_ms};
 
 /// Times of K candidates, CPU time of one thread in ms but for `wall`; those of a candidate are medians over repeats.
@@ -68,9 +69,10 @@ fn evaluation(trees: &Trees, paths: &[&VirtualPath], repeats: usize) -> Result<E
     let candidate_variants = summary(&candidate_ms(trees.at_once, paths, Wanted::Variants, repeats)?);
     let streamed_candidate = summary(&candidate_ms(trees.streamed, paths, Wanted::Terminal, repeats)?);
     let mut walls = [Vec::new(), Vec::new()];
+    let mut workspaces = [Workspace::default(), Workspace::default()];
     for _ in 0..repeats {
         for threads in [1, 2] {
-            walls[threads - 1].push(wall_ms_of(trees.at_once, paths, threads)?);
+            walls[threads - 1].push(wall_ms_of(trees.at_once, paths, &mut workspaces[..threads])?);
         }
     }
     let mean = |of: &dyn Fn(&VirtualPath) -> usize| {
@@ -113,49 +115,46 @@ fn linked(path: &VirtualPath) -> usize {
 /// Terminal covariance of each candidate.
 pub fn terminals(elimination: &Elimination, paths: &[VirtualPath]) -> Result<Vec<Matrix6<f64>>, KernelError> {
     let all: Vec<&VirtualPath> = paths.iter().collect();
-    let found = in_groups(elimination, &all, Wanted::Terminal)?;
+    let found = kernel::evaluate(elimination, &all, Wanted::Terminal, &mut Workspace::default())?;
     Ok(found.into_iter().map(|(terminal, _)| terminal).collect())
 }
 
-/// The time of each candidate: the median over repeats, each of which begins with a new workspace.
+/// The time of each candidate on one thread: the median over repeats. Memory is kept from one to the next, as planning does.
 fn candidate_ms(
     elimination: &Elimination,
     paths: &[&VirtualPath],
     wanted: Wanted,
     repeats: usize,
 ) -> Result<Vec<f64>, KernelError> {
+    let mut workspace = Workspace::default();
     let mut by_path = vec![Vec::new(); paths.len()];
     for _ in 0..repeats {
-        for (times, (_, ms)) in by_path.iter_mut().zip(in_groups(elimination, paths, wanted)?) {
+        let found = kernel::evaluate(elimination, paths, wanted, &mut workspace)?;
+        for (times, (_, ms)) in by_path.iter_mut().zip(found) {
             times.push(ms);
         }
     }
     Ok(by_path.iter().map(|times| median(times)).collect())
 }
 
-fn in_groups(
+/// Time that passes for the terminal covariances in planning's groups, the workspace of each thread being there.
+fn wall_ms_of(
     elimination: &Elimination,
     paths: &[&VirtualPath],
-    wanted: Wanted,
-) -> Result<Vec<(Matrix6<f64>, f64)>, KernelError> {
-    let mut workspace = Workspace::default();
-    let groups =
-        paths.chunks(GROUP).map(|group| kernel::evaluate(elimination, group, wanted, &mut workspace));
-    Ok(groups.collect::<Result<Vec<_>, _>>()?.concat())
-}
-
-fn wall_ms_of(elimination: &Elimination, paths: &[&VirtualPath], threads: usize) -> Result<f64, KernelError> {
-    let (groups, next): (Vec<_>, _) = (paths.chunks(GROUP).collect(), AtomicUsize::new(0));
-    let work = || -> Result<(), KernelError> {
-        let mut workspace = Workspace::default();
+    workspaces: &mut [Workspace],
+) -> Result<f64, KernelError> {
+    let groups: Vec<_> = paths.chunks(group_size(paths.len(), workspaces.len())).collect();
+    let next = AtomicUsize::new(0);
+    let work = |workspace: &mut Workspace| -> Result<(), KernelError> {
         while let Some(group) = groups.get(next.fetch_add(1, Ordering::Relaxed)) {
-            kernel::evaluate(elimination, group, Wanted::Terminal, &mut workspace)?;
+            kernel::evaluate(elimination, group, Wanted::Terminal, workspace)?;
         }
         Ok(())
     };
     let start = wall_ms();
     std::thread::scope(|scope| {
-        let running: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let running: Vec<_> =
+            workspaces.iter_mut().map(|workspace| scope.spawn(|| work(workspace))).collect();
         running.into_iter().try_for_each(|thread| thread.join().expect("an evaluation does not panic"))
     })?;
     Ok(wall_ms() - start)

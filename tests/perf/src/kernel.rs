@@ -28,9 +28,6 @@ const SETTLE_ROUNDS: usize = 20;
 const BATCH_ROUNDS: usize = 20;
 const BATCH_TOLERANCE: f64 = 1e-9;
 
-/// Paths that are evaluated at a time, as planning takes them: with common beginnings they cost less one after the other.
-pub const GROUP: usize = 8;
-
 /// What an evaluation of a candidate computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::Fallible;
 use crate::arrays::Arrays;
 use crate::input::{self, Blocks};
-use crate::kernel::{self, GROUP, Node, Stream, VirtualPath, Wanted, Workspace};
+use crate::kernel::{self, Node, Stream, VirtualPath, Wanted, Workspace};
 use crate::measure::{forget_peak, peak_mb, resident_mb};
 use crate::survey::Keyframe;
 
@@ -32,6 +32,9 @@ pub fn of_stream(keyframes: &[Keyframe]) -> Fallible<Memory> {
     })
 }
 
+/// Candidates that are read and evaluated at a time; what they take counts, and for the peers that of one.
+const AT_ONCE: usize = 8;
+
 /// Eliminates what `run --write` wrote and evaluates so many of its candidates, one after the other.
 pub fn of_evaluation(file: &Path, count: usize) -> Fallible<Memory> {
     let arrays = Arrays::read(file)?;
@@ -44,7 +47,7 @@ pub fn of_evaluation(file: &Path, count: usize) -> Fallible<Memory> {
         let elimination = kernel::eliminate(blocks.system())?;
         let mut workspace = Workspace::default();
         while paths.peek().is_some() {
-            let group: Vec<VirtualPath> = paths.by_ref().take(GROUP).collect();
+            let group: Vec<VirtualPath> = paths.by_ref().take(AT_ONCE).collect();
             let group: Vec<&VirtualPath> = group.iter().collect();
             kernel::evaluate(&elimination, &group, Wanted::Terminal, &mut workspace)?;
         }

@@ -9,11 +9,12 @@
 
 use crate::belief::{Belief, expect_all, terminals};
 use crate::error::PlanningError;
+use crate::outlook::Outlook;
 use crate::reward::Scale;
 use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
 
-/// Trips that are evaluated at once: two groups that share beginnings. It does not depend on the number of threads, and so
+/// Trips that are evaluated at once. It does not depend on the number of threads, and so
 /// neither does what is evaluated.
 const BATCH: usize = 16;
 
@@ -43,13 +44,14 @@ pub fn best(
     let mut order: Vec<usize> = (0..trips.len()).collect();
     order.sort_by(|&one, &other| least_penalty(one).total_cmp(&least_penalty(other)).then(one.cmp(&other)));
 
+    let outlook = Outlook::new(snapshot, &trips.iter().collect::<Vec<_>>())?;
     let (mut found, mut judged): (Option<(f64, usize)>, _) = (None, vec![false; trips.len()]);
     for batch in order.chunks(BATCH) {
         let can_win = |index: usize| found.is_none_or(|(least, _)| least_penalty(index) <= least);
         let (open, beaten): (Vec<usize>, Vec<usize>) = batch.iter().partition(|&&index| can_win(index));
         beaten.into_iter().for_each(|index| judged[index] = true);
-        let asked: Vec<&RoundTrip> = open.iter().map(|&index| &trips[index]).collect();
-        for (index, terminal) in open.into_iter().zip(terminals(snapshot, &asked, pool, stop)?) {
+        let asked: Vec<(usize, &RoundTrip)> = open.iter().map(|&index| (index, &trips[index])).collect();
+        for (index, terminal) in open.into_iter().zip(terminals(snapshot, &outlook, &asked, pool, stop)?) {
             let Some(terminal) = terminal else { continue };
             let penalty = scale.penalty(scale.uncertainty_ratio(&terminal)?, area(index));
             judged[index] = true;

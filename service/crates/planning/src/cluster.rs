@@ -1,9 +1,10 @@
 //! Density-based clustering, DBSCAN [PDN12, III.B], with labels that do not depend on the order of the points.
 
 use crate::distance::nanometres;
+use crate::neighbours::Neighbours;
+use crate::places::Places;
 use nalgebra::Vector3;
-use rstar::RTree;
-use rstar::primitives::GeomWithData;
+use pdn_kernel::Node;
 
 /// A point to be clustered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,12 +26,41 @@ pub struct Point {
 pub fn dbscan(points: &[Point], eps_m: f64, min_points: usize) -> Vec<Vec<u64>> {
     let mut points = points.to_vec();
     points.sort_by_key(|point| point.id);
-    let neighbours = neighbours(&points, eps_m);
-    let is_core: Vec<bool> = neighbours.iter().map(|near| near.len() >= min_points).collect();
+    let places = Places::new(points.iter().map(|point| point.place).collect(), eps_m, None);
+    let all: Vec<Option<Vector3<f64>>> = points.iter().map(|point| Some(point.place)).collect();
+    let search = |place: &Vector3<f64>, reach_m: f64, show: &mut dyn FnMut(Node)| {
+        places.visit(place, reach_m, |node, _| show(node));
+    };
+    let lists = Neighbours::default().follow(eps_m, &all, search);
+    let near = |index: usize| {
+        let near = lists.of(Node(index as u32)).map(Node::index);
+        within(near.map(|other| (other, points[other].place)), &points[index].place, eps_m)
+    };
+    let clusters = clusters((0..points.len()).map(near).collect(), min_points);
+    clusters.into_iter().map(|members| members.into_iter().map(|index| points[index].id).collect()).collect()
+}
+
+/// Of these points those within `eps_m` of a place, with their distances in nanometres.
+pub(crate) fn within(
+    points: impl Iterator<Item = (usize, Vector3<f64>)>,
+    place: &Vector3<f64>,
+    eps_m: f64,
+) -> Vec<(usize, i64)> {
+    let distances = points.map(|(index, other)| (index, nanometres((other - place).norm())));
+    distances.filter(|&(_, distance)| distance <= nanometres(eps_m)).collect()
+}
+
+/// Clusters as sorted lists of indices, in the order of their least ones, as [`dbscan`] has them; an index stands for the
+/// rank of a point's id. `neighbours` has for each point the others within `eps_m` and their distances in nanometres.
+///
+/// Cost: proportional to the neighbours.
+pub(crate) fn clusters(neighbours: Vec<Vec<(usize, i64)>>, min_points: usize) -> Vec<Vec<usize>> {
+    let count = neighbours.len();
+    let is_core: Vec<bool> = neighbours.iter().map(|near| near.len() + 1 >= min_points).collect();
 
     let mut clusters: Vec<Vec<usize>> = Vec::new();
-    let mut cluster_of: Vec<Option<usize>> = vec![None; points.len()];
-    for seed in (0..points.len()).filter(|&index| is_core[index]) {
+    let mut cluster_of: Vec<Option<usize>> = vec![None; count];
+    for seed in (0..count).filter(|&index| is_core[index]) {
         if cluster_of[seed].is_some() {
             continue;
         }
@@ -49,7 +79,7 @@ pub fn dbscan(points: &[Point], eps_m: f64, min_points: usize) -> Vec<Vec<u64>> 
         }
         clusters.push(members);
     }
-    for border in (0..points.len()).filter(|&index| !is_core[index]) {
+    for border in (0..count).filter(|&index| !is_core[index]) {
         let cores = neighbours[border].iter().filter(|&&(other, _)| is_core[other]);
         if let Some(&(nearest, _)) = cores.min_by_key(|&&(core, distance)| (distance, core)) {
             clusters[cluster_of[nearest].expect("every core point has a cluster by now")].push(border);
@@ -59,24 +89,5 @@ pub fn dbscan(points: &[Point], eps_m: f64, min_points: usize) -> Vec<Vec<u64>> 
         members.sort_unstable();
     }
     clusters.sort();
-    clusters.into_iter().map(|members| members.into_iter().map(|index| points[index].id).collect()).collect()
-}
-
-/// For each point the points within `eps_m`, itself included, by index, with their distances in nanometres.
-fn neighbours(points: &[Point], eps_m: f64) -> Vec<Vec<(usize, i64)>> {
-    let places = points.iter().enumerate();
-    let tree = RTree::bulk_load(
-        places.map(|(index, point)| GeomWithData::new(<[f64; 3]>::from(point.place), index)).collect(),
-    );
-    let reach_m = eps_m + 1e-8;
-    let near = |point: &Point| {
-        let mut near: Vec<(usize, i64)> = tree
-            .locate_within_distance(point.place.into(), reach_m * reach_m)
-            .map(|other| (other.data, nanometres((points[other.data].place - point.place).norm())))
-            .filter(|&(_, distance)| distance <= nanometres(eps_m))
-            .collect();
-        near.sort_unstable();
-        near
-    };
-    points.iter().map(near).collect()
+    clusters
 }

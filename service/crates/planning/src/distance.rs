@@ -17,13 +17,25 @@ pub fn nanometres(distance_m: f64) -> i64 {
     (distance_m * 1e9).round() as i64
 }
 
-/// Median of lengths; the mean of the two middle ones when their number is even; none of none.
+/// Whether a distance is less than another one, in whole nanometres. Rounding is left out where it cannot matter.
+pub(crate) fn is_less(distance_m: f64, limit_m: f64) -> bool {
+    let beyond_m = distance_m - limit_m;
+    if beyond_m.abs() > 1e-8 { beyond_m < 0.0 } else { nanometres(distance_m) < nanometres(limit_m) }
+}
+
+/// Median of lengths; the mean of the two middle ones when their number is even; none of none. Cost: linear.
+///
+/// ```
+/// use pdn_planning::distance::median;
+/// assert_eq!([median(vec![3.0, 1.0, 2.5]), median(vec![3.0, 0.5, 1.0, 2.0])], [Some(2.5), Some(1.5)]);
+/// ```
 pub fn median(mut lengths_m: Vec<f64>) -> Option<f64> {
-    lengths_m.sort_by(f64::total_cmp);
     let half = lengths_m.len() / 2;
-    match lengths_m.len() {
-        0 => None,
-        odd if odd % 2 == 1 => Some(lengths_m[half]),
-        _ => Some(0.5 * (lengths_m[half - 1] + lengths_m[half])),
+    if lengths_m.is_empty() {
+        return None;
     }
+    let is_odd = lengths_m.len() % 2 == 1;
+    let (below, &mut middle, _) = lengths_m.select_nth_unstable_by(half, f64::total_cmp);
+    let before = below.iter().copied().max_by(f64::total_cmp);
+    Some(before.filter(|_| !is_odd).map_or(middle, |before| 0.5 * (before + middle)))
 }

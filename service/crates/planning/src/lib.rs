@@ -1,8 +1,9 @@
 //! Perception-driven navigation: from a snapshot of a mission to a decision [PDN12, III].
 //!
-//! Reading order. What goes in: [`settings`], [`snapshot`]. The steps of the paper: [`saliency`] (III.A),
+//! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, kept from one snapshot to the next: `places`,
+//! `neighbours`, `derived`. The steps of the paper: [`saliency`] (III.A),
 //! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`registration`] (eq. 2),
-//! [`belief`] (eqs. 1, 3, 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
+//! [`outlook`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
 //! [`mod@decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
 //!
 //! Everything is a pure function of the snapshot: no clock, no randomness, no hash order. Threads appear only
@@ -15,9 +16,14 @@
 pub mod error;
 
 pub mod distance;
-mod grid;
 pub mod settings;
 pub mod snapshot;
+
+mod grid;
+mod neighbours;
+mod places;
+
+mod derived;
 
 pub mod saliency;
 
@@ -28,6 +34,8 @@ pub mod round_trip;
 pub mod route;
 
 pub mod registration;
+
+pub mod outlook;
 
 pub mod belief;
 mod bound;
@@ -44,9 +52,10 @@ pub mod reason;
 pub use coverage::Coverage;
 pub use decide::{decide, evaluate_paths};
 pub use decision::{Action, Candidate, Decision, Evaluation, Exploration, Question, Robot};
+pub use derived::{Derived, Inheritance};
 pub use error::PlanningError;
 pub use registration::LinkModel;
 pub use saliency::Saliency;
 pub use settings::{Allowable, Settings};
-pub use snapshot::{Derived, OdometryStep, Snapshot, SnapshotKeyframe};
+pub use snapshot::{OdometryStep, Snapshot, SnapshotKeyframe};
 pub use waypoint::{Waypoint, waypoints};

@@ -106,6 +106,12 @@ impl LinkModel {
     }
 }
 
+/// Far above what rounding does to a cosine.
+const COSINE_ROUNDING: f64 = 1e-9;
+
+/// Far above what rounding to the nanometre adds to a baseline, m.
+const REACH_MORE_M: f64 = 1e-8;
+
 /// A registration that a virtual node may expect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
@@ -126,18 +132,18 @@ pub fn links(snapshot: &Snapshot, world_from_body: &Pose, nearest: Node) -> Vec<
     let current = snapshot.keyframe(nearest);
     let world_from_camera = world_from_body * current.body_from_camera;
     let baselines = nanometres(settings.min_baseline_m)..=nanometres(settings.max_baseline_m);
-    let mut proposals: Vec<(Link, i64, u64)> = snapshot
-        .cameras_within(&world_from_camera.translation.vector, settings.max_baseline_m)
-        .into_iter()
-        .filter_map(|(keyframe, baseline_m)| {
+    let (axis, angle) = (optical_axis(&world_from_camera), AngleLimit::new(settings.max_view_angle_rad));
+    let mut proposals: Vec<(Link, i64, u64)> = Vec::new();
+    let cameras = snapshot.cameras();
+    let reach_m = settings.max_baseline_m + REACH_MORE_M;
+    cameras.places.visit(&world_from_camera.translation.vector, reach_m, |keyframe, baseline_m| {
+        let baseline = nanometres(baseline_m);
+        if baselines.contains(&baseline) && angle.admits(&axis, &cameras.axes[keyframe.index()]) {
             let target = snapshot.keyframe(keyframe);
-            let baseline = nanometres(baseline_m);
-            let angle_rad = view_angle_rad(&world_from_camera, &target.world_from_camera());
             let probability = snapshot.link_model.probability(current.saliency.local, target.saliency.local);
-            let proposed = baselines.contains(&baseline) && angle_rad <= settings.max_view_angle_rad;
-            proposed.then_some((Link { keyframe, probability }, baseline, target.id))
-        })
-        .collect();
+            proposals.push((Link { keyframe, probability }, baseline, target.id));
+        }
+    });
     proposals.sort_by(|(link, baseline, id), (other, other_baseline, other_id)| {
         let by_probability = other.probability.total_cmp(&link.probability);
         by_probability.then(baseline.cmp(other_baseline)).then(id.cmp(other_id))
@@ -156,7 +162,25 @@ pub(crate) fn optical_axis(world_from_camera: &Pose) -> Vector3<f64> {
     world_from_camera.rotation * Vector3::z()
 }
 
+/// By how much optical axes may differ.
+pub(crate) struct AngleLimit {
+    limit_rad: f64,
+    cosine: f64,
+}
+
+impl AngleLimit {
+    pub(crate) fn new(limit_rad: f64) -> AngleLimit {
+        AngleLimit { limit_rad, cosine: limit_rad.min(std::f64::consts::PI).cos() }
+    }
+
+    /// Whether two unit vectors differ by it at most. The cosine tells without the angle, unless it is near the limit's.
+    pub(crate) fn admits(&self, axis: &Vector3<f64>, other: &Vector3<f64>) -> bool {
+        let inside = axis.dot(other) - self.cosine;
+        if inside.abs() > COSINE_ROUNDING { inside > 0.0 } else { angle_rad(axis, other) <= self.limit_rad }
+    }
+}
+
 /// Angle between two unit vectors, rad in [0, pi]; exact also for small angles.
-pub(crate) fn angle_rad(axis: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
+fn angle_rad(axis: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
     axis.cross(other).norm().atan2(axis.dot(other))
 }

@@ -4,10 +4,11 @@
 //! the weight stands in the cost of an edge, where the same criterion has a global optimum, and one search from
 //! the robot finds it for all waypoints.
 
-use crate::distance::nanometres;
+use crate::distance::is_less;
 use crate::error::PlanningError;
-use crate::registration::{angle_rad, optical_axis};
-use crate::snapshot::{Snapshot, SnapshotKeyframe};
+use crate::neighbours::Neighbours;
+use crate::registration::AngleLimit;
+use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use pathfinding::directed::dijkstra::dijkstra_partial;
 use pdn_kernel::Node;
@@ -57,7 +58,7 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
                 there < arrived && there + network.cost(node, edge.distance_m) == arrived
             })
         };
-        let tied = network.edges(node).iter().find(|edge| is_tied(edge)).map(|edge| edge.to);
+        let tied = network.edges(node).into_iter().find(is_tied).map(|edge| edge.to);
         tied.or_else(|| reached.get(&node).map(|&(parent, _)| parent))
     };
     // Routes share their beginnings.
@@ -75,13 +76,19 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
     Ok(goals.iter().map(|&goal| route(goal)).collect())
 }
 
-/// The keyframes and the edges between them, which are found where the search asks for them.
+/// The keyframes and the edges between them.
 struct Network<'a> {
     snapshot: &'a Snapshot,
+    neighbours: &'a Neighbours,
+    places: &'a [Vector3<f64>],
     radius_m: f64,
+    angle: AngleLimit,
+    /// Whether the order of nodes is that of ids.
+    is_in_order: bool,
+    /// 2 - S_L.
+    weights: Vec<f64>,
     /// Optical axis of each keyframe's camera, in the world.
-    axes: Vec<Vector3<f64>>,
-    edges: Vec<OnceCell<Vec<Edge>>>,
+    axes: &'a [Vector3<f64>],
     /// Pairs, the lower node first, ascending.
     went: OnceCell<Vec<(Node, Node)>>,
 }
@@ -95,34 +102,34 @@ struct Edge {
 
 impl Network<'_> {
     fn new(snapshot: &Snapshot) -> Network<'_> {
-        let axis = |keyframe: &SnapshotKeyframe| optical_axis(&keyframe.world_from_camera());
         Network {
             snapshot,
+            neighbours: snapshot.neighbours(),
+            places: snapshot.bodies().now(),
             radius_m: snapshot.edge_radius_m(),
-            axes: snapshot.keyframes.iter().map(axis).collect(),
-            edges: vec![OnceCell::new(); snapshot.keyframes.len()],
+            angle: AngleLimit::new(snapshot.settings.max_view_angle_rad),
+            is_in_order: snapshot.keyframes.is_sorted_by_key(|keyframe| keyframe.id),
+            weights: snapshot.keyframes.iter().map(|keyframe| 2.0 - keyframe.saliency.local).collect(),
+            axes: &snapshot.cameras().axes,
             went: OnceCell::new(),
         }
     }
 
     /// The edges of a keyframe, in the order of the other keyframes' ids.
-    fn edges(&self, node: Node) -> &[Edge] {
-        self.edges[node.index()].get_or_init(|| {
-            let place = &self.snapshot.keyframe(node).world_from_body.translation.vector;
-            let limit_rad = self.snapshot.settings.max_view_angle_rad;
-            let near = self.snapshot.bodies_within(place, self.radius_m).into_iter();
-            let mut edges: Vec<Edge> = near
-                .filter(|&(other, distance_m)| {
-                    let axes = (&self.axes[node.index()], &self.axes[other.index()]);
-                    other != node
-                        && nanometres(distance_m) < nanometres(self.radius_m)
-                        && (angle_rad(axes.0, axes.1) <= limit_rad || self.went_between(node, other))
-                })
-                .map(|(to, distance_m)| Edge { to, distance_m })
-                .collect();
-            edges.sort_by_key(|edge| self.snapshot.keyframe(edge.to).id);
-            edges
-        })
+    fn edges(&self, node: Node) -> Vec<Edge> {
+        let axis = &self.axes[node.index()];
+        let is_edge = |&Edge { to, distance_m }: &Edge| {
+            is_less(distance_m, self.radius_m)
+                && (self.angle.admits(axis, &self.axes[to.index()]) || self.went_between(node, to))
+        };
+        let near = self.neighbours.of(node);
+        let mut edges: Vec<Edge> = Vec::with_capacity(near.len());
+        let near = near.map(|to| Edge { to, distance_m: self.distance_m(node, to) });
+        edges.extend(near.filter(is_edge));
+        if !self.is_in_order {
+            edges.sort_unstable_by_key(|edge| self.snapshot.keyframe(edge.to).id);
+        }
+        edges
     }
 
     fn went_between(&self, one: Node, other: Node) -> bool {
@@ -136,18 +143,16 @@ impl Network<'_> {
     }
 
     fn edges_from(&self, node: Node) -> impl Iterator<Item = (Node, i128)> {
-        self.edges(node).iter().map(|edge| (edge.to, self.cost(edge.to, edge.distance_m)))
+        self.edges(node).into_iter().map(|edge| (edge.to, self.cost(edge.to, edge.distance_m)))
     }
 
     /// Of an edge to `target`. In whole picometres: sums of integers are exact, so routes tie or do not, whatever the order
     /// of addition.
     fn cost(&self, target: Node, distance_m: f64) -> i128 {
-        let cost_m = (2.0 - self.snapshot.keyframe(target).saliency.local) * distance_m;
-        (cost_m * 1e12).round() as i128
+        (self.weights[target.index()] * distance_m * 1e12).round() as i128
     }
 
     fn distance_m(&self, node: Node, other: Node) -> f64 {
-        let place = |node| self.snapshot.keyframe(node).world_from_body.translation.vector;
-        (place(other) - place(node)).norm()
+        (self.places[other.index()] - self.places[node.index()]).norm()
     }
 }

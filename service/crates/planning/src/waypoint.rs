@@ -1,11 +1,13 @@
 //! Waypoints: places that are worth revisiting [PDN12, III.B].
 
-use crate::cluster::{Point, dbscan};
+use crate::cluster;
+use crate::derived::keep;
 use crate::distance::nanometres;
 use crate::error::PlanningError;
 use crate::round_trip::SAME_PLACE_M;
 use crate::route::{Route, routes};
-use crate::snapshot::{Snapshot, keep};
+use crate::settings::Settings;
+use crate::snapshot::Snapshot;
 use nalgebra::Matrix6;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::{Node, gaussian};
@@ -62,19 +64,21 @@ pub fn goals(snapshot: &Snapshot) -> Result<Vec<(&Waypoint, &Route)>, PlanningEr
     Ok(considered.filter_map(|waypoint| Some((waypoint, waypoint.route.as_ref()?))).collect())
 }
 
-/// Clusters of the salient set, each as sorted nodes with their keyframes' ids.
+/// Clusters of the salient set, each as sorted ids of keyframes with their nodes.
 fn clusters(snapshot: &Snapshot) -> Vec<Vec<(u64, Node)>> {
-    let settings = &snapshot.settings;
-    let mut points = Vec::new();
-    let mut node_of = BTreeMap::new();
-    for (keyframe, node) in snapshot.keyframes.iter().zip((0..).map(Node)) {
-        if keyframe.saliency.is_salient(settings.waypoint_local_saliency) {
-            points.push(Point { id: keyframe.id, place: keyframe.world_from_body.translation.vector });
-            node_of.insert(keyframe.id, node);
-        }
-    }
-    let clusters = dbscan(&points, settings.eps_m, settings.min_points);
-    clusters.into_iter().map(|ids| ids.into_iter().map(|id| (id, node_of[&id])).collect()).collect()
+    let Settings { eps_m, min_points, .. } = snapshot.settings;
+    let neighbours = snapshot.salient_neighbours();
+    let mut salient: Vec<(u64, Node)> =
+        snapshot.salient().map(|node| (snapshot.keyframe(node).id, node)).collect();
+    salient.sort_unstable();
+    let mut ranks = vec![0; snapshot.keyframes.len()];
+    salient.iter().enumerate().for_each(|(rank, (_, node))| ranks[node.index()] = rank);
+    let near = |&(_, node): &(u64, Node)| {
+        let near = neighbours.of(node).map(|other| (ranks[other.index()], snapshot.body(other)));
+        cluster::within(near, &snapshot.body(node), eps_m)
+    };
+    let clusters = cluster::clusters(salient.iter().map(near).collect(), min_points);
+    clusters.into_iter().map(|ranks| ranks.into_iter().map(|rank| salient[rank]).collect()).collect()
 }
 
 /// u = |Sigma|^(1/6) of each node's marginal, by node.

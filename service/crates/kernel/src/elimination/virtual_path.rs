@@ -13,7 +13,7 @@ use crate::information::PairInformation;
 /// way back; node n, the terminal one, ends at place 0. The robot itself is node 0. What is expected at a place, its
 /// sensors and its possible registrations, is expected each time it is passed. All information is at the
 /// linearisation points of the elimination it is added to, tangent order `[rho (m); phi (rad)]`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VirtualPath {
     /// The keyframe at which the path begins: virtual node 0.
     pub robot: Node,

@@ -1,11 +1,15 @@
 //! Expected covariances against the inverse of the whole information matrix, dense, made from the factors and
 //! from Jacobians that are derived here once more.
 
+use crate::draw::Draw;
 use crate::mission::{Mission, add};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
 use pdn_planning::decide::decide;
+use pdn_planning::outlook::Outlook;
+use pdn_planning::round_trip::{RoundTrip, along_route};
+use pdn_planning::route::routes;
 use pdn_planning::{Candidate, Question, Snapshot};
 
 /// |difference| of two covariances, at most, in products of standard deviations.
@@ -45,6 +49,23 @@ fn so_it_is_wherever_the_robot_stands_in_the_list() {
         let mut mission = Mission::survey(3, 16, seed);
         mission.snapshot.newest = Some(Node(mission.snapshot.keyframes.len() as u32 - 1 - back));
         assert!(check(&mission) >= 1, "no candidate with seed {seed}");
+    }
+}
+
+/// Trips that begin alike, differ and are the same, in any order, ask for no other information than each alone.
+#[test]
+fn what_a_trip_may_expect_does_not_depend_on_the_others() {
+    let snapshot = Mission::survey(4, 22, 4).snapshot;
+    let nodes = snapshot.keyframes.len() as u32;
+    let goals: Vec<Node> = (0..nodes - 1).step_by(5).chain([10, 10, nodes - 2]).map(Node).collect();
+    let found = routes(&snapshot, &goals).unwrap().into_iter().flatten();
+    let mut trips: Vec<RoundTrip> = found.map(|route| along_route(&snapshot, &route, 0).unwrap()).collect();
+    Draw(3).shuffle(&mut trips);
+    let outlook = Outlook::new(&snapshot, &trips.iter().collect::<Vec<_>>()).unwrap();
+    for (index, trip) in trips.iter().enumerate() {
+        let alone = Outlook::new(&snapshot, &[trip]).unwrap().path(0).unwrap();
+        let path = outlook.path(index).unwrap();
+        assert_eq!(path, alone);
     }
 }
 

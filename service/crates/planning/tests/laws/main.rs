@@ -18,3 +18,5 @@ mod covering;
 mod rewarding;
 
 mod deciding;
+
+mod inheriting;

@@ -1,0 +1,147 @@
+//! What is derived from a snapshot once and serves all questions asked of it, and what of it later snapshots begin with.
+
+use crate::distance::median;
+use crate::error::PlanningError;
+use crate::neighbours::Neighbours;
+use crate::places::{Places, Sorted};
+use crate::registration::optical_axis;
+use crate::snapshot::Snapshot;
+use crate::waypoint::Waypoint;
+use nalgebra::{Matrix6, Vector3};
+use pdn_kernel::Node;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// What is derived from a snapshot. `Derived::default()` begins with nothing; what is found is the same, bit for bit.
+#[derive(Default)]
+pub struct Derived {
+    inheritance: Inheritance,
+    bodies: OnceLock<Places>,
+    cameras: OnceLock<Cameras>,
+    neighbours: OnceLock<Neighbours>,
+    salient_neighbours: OnceLock<Neighbours>,
+    spacing_m: OnceLock<Option<f64>>,
+    pub(crate) robot_covariance: OnceLock<Matrix6<f64>>,
+    pub(crate) waypoints: OnceLock<Vec<Waypoint>>,
+}
+
+/// What snapshots of one mission hand on: sorted places and lists of neighbours, of which most stay from one to the
+/// next. Copies are the same inheritance. Nothing that is found depends on it, only the time that it takes.
+#[derive(Clone, Debug, Default)]
+pub struct Inheritance(Arc<Mutex<Estate>>);
+
+/// What the latest that was derived left.
+#[derive(Debug, Default)]
+struct Estate {
+    bodies: Option<Arc<Sorted>>,
+    cameras: Option<Arc<Sorted>>,
+    neighbours: Neighbours,
+    salient_neighbours: Neighbours,
+}
+
+/// The cameras of a snapshot.
+pub(crate) struct Cameras {
+    /// Their centres.
+    pub places: Places,
+    /// Their optical axes in the world, by node.
+    pub axes: Vec<Vector3<f64>>,
+}
+
+impl Derived {
+    /// Nothing yet, to be derived from what earlier snapshots left, and to be left to later ones.
+    pub fn inheriting(inheritance: &Inheritance) -> Derived {
+        Derived { inheritance: inheritance.clone(), ..Derived::default() }
+    }
+}
+
+impl Inheritance {
+    fn estate(&self) -> MutexGuard<'_, Estate> {
+        // What is there is whole at any time.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Snapshot {
+    /// Where the keyframes' bodies are. Cost: once, a comparison for each and sorting what has moved.
+    pub(crate) fn bodies(&self) -> &Places {
+        self.derived.bodies.get_or_init(|| {
+            let places = self.keyframes.iter().map(|keyframe| keyframe.world_from_body.translation.vector);
+            let inheritance = &self.derived.inheritance;
+            let before = inheritance.estate().bodies.clone();
+            let bodies = Places::new(places.collect(), self.edge_radius_m(), before);
+            inheritance.estate().bodies = Some(bodies.sorted());
+            bodies
+        })
+    }
+
+    /// The keyframes' cameras. Cost as of [`Snapshot::bodies`].
+    pub(crate) fn cameras(&self) -> &Cameras {
+        self.derived.cameras.get_or_init(|| {
+            let cameras = self.keyframes.iter().map(|keyframe| {
+                let world_from_camera = keyframe.world_from_camera();
+                (world_from_camera.translation.vector, optical_axis(&world_from_camera))
+            });
+            let (centres, axes) = cameras.unzip();
+            let inheritance = &self.derived.inheritance;
+            let before = inheritance.estate().cameras.clone();
+            let places = Places::new(centres, self.settings.max_baseline_m, before);
+            inheritance.estate().cameras = Some(places.sorted());
+            Cameras { places, axes }
+        })
+    }
+
+    /// For each keyframe the others within [`Snapshot::edge_radius_m`]. Cost: once, a comparison for each and a search
+    /// for those that have moved.
+    pub(crate) fn neighbours(&self) -> &Neighbours {
+        self.derived.neighbours.get_or_init(|| {
+            let now: Vec<Option<Vector3<f64>>> = self.bodies().now().iter().copied().map(Some).collect();
+            let before = self.derived.inheritance.estate().neighbours.clone();
+            let neighbours = self.neighbours_from(before, self.edge_radius_m(), &now);
+            self.derived.inheritance.estate().neighbours = neighbours.clone();
+            neighbours
+        })
+    }
+
+    /// For each keyframe of the salient set the others of it within `eps_m`. Cost as of [`Snapshot::neighbours`].
+    pub(crate) fn salient_neighbours(&self) -> &Neighbours {
+        self.derived.salient_neighbours.get_or_init(|| {
+            let mut now = vec![None; self.keyframes.len()];
+            self.salient().for_each(|node| now[node.index()] = Some(self.body(node)));
+            let before = self.derived.inheritance.estate().salient_neighbours.clone();
+            let neighbours = self.neighbours_from(before, self.settings.eps_m, &now);
+            self.derived.inheritance.estate().salient_neighbours = neighbours.clone();
+            neighbours
+        })
+    }
+
+    fn neighbours_from(&self, before: Neighbours, radius_m: f64, now: &[Option<Vector3<f64>>]) -> Neighbours {
+        before.follow(radius_m, now, |place, reach_m, show| {
+            self.bodies().visit(place, reach_m, |node, _| show(node));
+        })
+    }
+
+    /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no
+    /// odometry has come at all, of those that follow one another in the order of addition. None with fewer than
+    /// two keyframes.
+    pub fn spacing_m(&self) -> Option<f64> {
+        *self.derived.spacing_m.get_or_init(|| {
+            let step_m = |from: Node, to: Node| (self.body(to) - self.body(from)).norm();
+            let went = self.went.iter().map(|&(from, to)| step_m(from, to));
+            let added = (1..self.keyframes.len() as u32).map(|node| step_m(Node(node - 1), Node(node)));
+            median(if self.went.is_empty() { added.collect() } else { went.collect() })
+        })
+    }
+}
+
+/// Fills a cell once; a failure leaves it empty, so that it is found again by the next question.
+pub(crate) fn keep<T>(
+    cell: &OnceLock<T>,
+    make: impl FnOnce() -> Result<T, PlanningError>,
+) -> Result<&T, PlanningError> {
+    match cell.get() {
+        Some(kept) => Ok(kept),
+        None => {
+            let made = make()?;
+            Ok(cell.get_or_init(|| made))
+        }
+    }
+}
