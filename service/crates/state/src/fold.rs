@@ -246,8 +246,8 @@ impl Fold {
             progress: self.progress,
             moved: Moved::default(),
         };
-        let book = &self.book;
-        back.moved = self.trail.follow(self.smoother.linearizations(), |node| {
+        let (book, moved) = (&self.book, self.smoother.take_moved());
+        back.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
             let keyframe = book.nodes[node];
             (keyframe, book.keyframes[&keyframe].body_from_camera)
         });
