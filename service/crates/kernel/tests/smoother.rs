@@ -196,6 +196,27 @@ fn a_stream_ends_at_the_optimum_of_all_its_factors() {
 }
 
 #[test]
+fn every_linearisation_point_that_moves_is_told() {
+    let settings = SmootherSettings { relinearize_above: 5e-3, max_iterations: 10 };
+    let (mut stream, mut smoother) = (Stream::new(6, true), Smoother::new(settings));
+    let mut told = 0;
+    for index in 0..KEYFRAMES {
+        let before = smoother.linearizations().to_vec();
+        stream.add(&mut smoother, index);
+        smoother.advance().expect("every keyframe is tied");
+        if index % 10 == 9 {
+            smoother.settle(1e-7).expect("every keyframe is tied");
+        }
+        let moved = smoother.take_moved();
+        for (node, pose) in (0..).map(Node).zip(&before) {
+            assert_eq!(moved.contains(&node), smoother.linearization(node) != pose, "{node:?} at {index}");
+        }
+        told += moved.len();
+    }
+    assert!(told > KEYFRAMES && smoother.take_moved().is_empty(), "{told}");
+}
+
+#[test]
 fn a_copy_goes_its_own_way_and_the_same_way_gives_the_same_bits() {
     let mut stream = Stream::new(20, true);
     let mut smoother = Smoother::new(SmootherSettings::default());

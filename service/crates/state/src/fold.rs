@@ -20,7 +20,7 @@ use crate::trail::{Moved, Trail};
 use crate::view::{Known, RobotNow, View};
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{KernelError, SharedVec};
-use pdn_planning::LinkModel;
+use pdn_planning::{Inheritance, LinkModel};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -72,6 +72,8 @@ pub struct Fold {
     pub(crate) view: Option<Arc<View>>,
     /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
     pub(crate) known: SharedVec<Known>,
+    /// What its views derive and leave to later ones.
+    pub(crate) inheritance: Inheritance,
 }
 
 /// What came since the last keyframe's event, that one included.
@@ -112,6 +114,7 @@ impl Fold {
             robot: None,
             view: None,
             known: SharedVec::default(),
+            inheritance: Inheritance::default(),
             settings: Arc::new(settings),
         }
     }
@@ -243,8 +246,8 @@ impl Fold {
             progress: self.progress,
             moved: Moved::default(),
         };
-        let book = &self.book;
-        back.moved = self.trail.follow(self.smoother.linearizations(), |node| {
+        let (book, moved) = (&self.book, self.smoother.take_moved());
+        back.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
             let keyframe = book.nodes[node];
             (keyframe, book.keyframes[&keyframe].body_from_camera)
         });

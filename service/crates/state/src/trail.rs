@@ -1,5 +1,6 @@
 //! The area that has been photographed, by the corrected trajectory: the raster follows the linearisation points.
 
+use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
 use pdn_planning::Coverage;
 
@@ -7,8 +8,8 @@ use pdn_planning::Coverage;
 #[derive(Clone, Debug)]
 pub(crate) struct Trail {
     coverage: Coverage,
-    /// By node.
-    followed: Vec<Followed>,
+    /// By node, the pose of the camera that is in the raster.
+    cameras: Vec<Option<Pose>>,
 }
 
 /// The way back from one [`Trail::follow`]: nodes whose camera moved in the raster, and from where.
@@ -18,18 +19,10 @@ pub(crate) struct Moved {
     cameras: Vec<(usize, u64, Option<Pose>)>,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Followed {
-    /// The linearisation point that the raster was last compared with; none to compare again.
-    world_from_body: Option<Pose>,
-    /// The pose of the camera that is in the raster; none before the first.
-    world_from_camera: Option<Pose>,
-}
-
 impl Trail {
     /// Nothing photographed yet.
     pub(crate) fn new(coverage: Coverage) -> Trail {
-        Trail { coverage, followed: Vec::new() }
+        Trail { coverage, cameras: Vec::new() }
     }
 
     /// The rasters.
@@ -39,36 +32,42 @@ impl Trail {
 
     /// By node, where its photograph lies; none before the first.
     pub(crate) fn cameras(&self) -> Vec<Option<Pose>> {
-        self.followed.iter().map(|followed| followed.world_from_camera).collect()
+        self.cameras.clone()
     }
 
     /// Puts the photographs of an empty trail where [`Trail::cameras`] had them; `keyframe` gives a node's keyframe.
     pub(crate) fn restore(&mut self, cameras: Vec<Option<Pose>>, keyframe: impl Fn(usize) -> u64) {
-        for (node, world_from_camera) in cameras.into_iter().enumerate() {
-            if let Some(pose) = &world_from_camera {
+        for (node, world_from_camera) in cameras.iter().enumerate() {
+            if let Some(pose) = world_from_camera {
                 self.coverage.place(keyframe(node), pose);
             }
-            self.followed.push(Followed { world_from_body: None, world_from_camera });
         }
+        self.cameras = cameras;
     }
 
-    /// Moves the rasters to where the keyframes are linearised now; `camera` gives a node's keyframe and its
-    /// `body_from_camera`. Cost: a comparison for a node that has not moved, its cells for one that has.
-    pub(crate) fn follow(&mut self, linearizations: &[Pose], camera: impl Fn(usize) -> (u64, Pose)) -> Moved {
-        let mut moved = Moved { nodes_before: self.followed.len(), cameras: Vec::new() };
-        self.followed.resize_with(linearizations.len(), Followed::default);
-        for (node, (followed, world_from_body)) in self.followed.iter_mut().zip(linearizations).enumerate() {
-            if followed.world_from_body.as_ref() == Some(world_from_body) {
-                continue;
-            }
-            followed.world_from_body = Some(*world_from_body);
+    /// Moves the rasters to where the keyframes are linearised now. `moved` names those that have moved since the last
+    /// time, in any order; new ones need not be named. `camera` gives a node's keyframe and its `body_from_camera`. Cost: that
+    /// of a look at these, and the cells of those that are elsewhere.
+    pub(crate) fn follow(
+        &mut self,
+        linearizations: &[Pose],
+        moved: &[Node],
+        camera: impl Fn(usize) -> (u64, Pose),
+    ) -> Moved {
+        let mut followed = Moved { nodes_before: self.cameras.len(), cameras: Vec::new() };
+        let known = moved.iter().map(|node| node.index()).filter(|&node| node < self.cameras.len());
+        let mut nodes: Vec<usize> = known.chain(self.cameras.len()..linearizations.len()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        self.cameras.resize(linearizations.len(), None);
+        for node in nodes {
             let (keyframe, body_from_camera) = camera(node);
-            let world_from_camera = world_from_body * body_from_camera;
+            let world_from_camera = linearizations[node] * body_from_camera;
             if self.coverage.place(keyframe, &world_from_camera) {
-                moved.cameras.push((node, keyframe, followed.world_from_camera.replace(world_from_camera)));
+                followed.cameras.push((node, keyframe, self.cameras[node].replace(world_from_camera)));
             }
         }
-        moved
+        followed
     }
 
     /// Takes one [`Trail::follow`] back; the last one first.
@@ -78,9 +77,9 @@ impl Trail {
             if let Some(world_from_camera) = &before {
                 self.coverage.place(keyframe, world_from_camera);
             }
-            self.followed[node] = Followed { world_from_body: None, world_from_camera: before };
+            self.cameras[node] = before;
         }
-        self.followed.truncate(moved.nodes_before);
+        self.cameras.truncate(moved.nodes_before);
     }
 }
 
@@ -103,7 +102,8 @@ mod tests {
     }
 
     fn follow(trail: &mut Trail, poses: &[Pose]) -> Moved {
-        trail.follow(poses, |node| (node as u64, Pose::identity()))
+        let all: Vec<Node> = (0..poses.len() as u32).map(Node).collect();
+        trail.follow(poses, &all, |node| (node as u64, Pose::identity()))
     }
 
     /// Poses that differ by less than half a cell are told apart only by where the raster was before: if a step back left
@@ -124,6 +124,31 @@ mod tests {
                 follow(trail, &[at(0.03), at(0.53)]);
             }
             assert_eq!(detour.coverage().facets(), straight.coverage().facets());
+        }
+    }
+
+    /// Told of what moved alone, and twice, in any order, the raster is where it is when it looks at every keyframe.
+    #[test]
+    fn a_look_at_what_moved_is_a_look_at_all() {
+        let (mut told, mut asked) = (floor(), floor());
+        let mut poses: Vec<Pose> = Vec::new();
+        for step in 0..120_usize {
+            let mut moved = Vec::new();
+            for node in (0..poses.len()).rev().filter(|node| (node + step) % 7 == 0) {
+                poses[node].translation.x += 0.02 * (1.0 + (step % 4) as f64);
+                moved.extend([Node(node as u32); 2]);
+            }
+            poses.push(Pose::translation(0.04 * step as f64 - 2.0, 0.3 * (step % 5) as f64, 0.0));
+            let camera = |node: usize| (node as u64, Pose::identity());
+            let before = told.coverage().facets();
+            for _ in 0..step % 3 {
+                let way_back = told.follow(&poses, &moved, camera);
+                told.step_back(way_back);
+                assert_eq!(told.coverage().facets(), before, "back from {step}");
+            }
+            told.follow(&poses, &moved, camera);
+            follow(&mut asked, &poses);
+            assert_eq!(told.coverage().facets(), asked.coverage().facets(), "{step}");
         }
     }
 }

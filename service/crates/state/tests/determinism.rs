@@ -2,7 +2,8 @@
 
 mod support;
 
-use pdn_state::{DecisionRequest, Event, Vehicle};
+use pdn_schemas::codec::{self, Format};
+use pdn_state::{DecisionJob, DecisionRequest, Event, Vehicle};
 use proptest::prelude::*;
 use support::{bits, mission, pool, running, script};
 
@@ -75,5 +76,43 @@ fn decisions_have_the_same_bits_at_any_number_of_threads() {
         let mut vehicle = running();
         script("m").offer_all(&mut vehicle);
         assert!(bits(mission(&mut vehicle), &pool(threads)) == expected, "{threads} threads");
+    }
+}
+
+/// Views leave to each other what they derive: each after those before it, each after those that came later, and each
+/// alone, in a mission that was asked nothing else, give the same bits.
+#[test]
+fn decisions_have_the_same_bits_whatever_their_views_inherit() {
+    let (pool, events) = (pool(2), script("m").events);
+    let asked: Vec<usize> = (10..events.len()).step_by(3).collect();
+    let begin = |vehicle: &mut Vehicle| {
+        let request = DecisionRequest { full: true, ..Default::default() };
+        mission(vehicle).begin_decision(request).expect("the mission runs")
+    };
+    let decide = |job: &DecisionJob| {
+        let outcome = job.run(&pool, &|| false).expect("a decision");
+        codec::encode(outcome.decision(), Format::Bincode).expect("it can be encoded")
+    };
+    let (mut vehicle, mut jobs, mut onward) = (running(), Vec::new(), Vec::new());
+    for (index, event) in events.iter().enumerate() {
+        offer(&mut vehicle, event.clone());
+        if asked.contains(&index) {
+            onward.push(decide(&begin(&mut vehicle)));
+        }
+    }
+    let mut vehicle = running();
+    for (index, event) in events.iter().enumerate() {
+        offer(&mut vehicle, event.clone());
+        if asked.contains(&index) {
+            jobs.push(begin(&mut vehicle));
+        }
+    }
+    let mut backward: Vec<Vec<u8>> = jobs.iter().rev().map(decide).collect();
+    backward.reverse();
+    for ((&index, onward), backward) in asked.iter().zip(&onward).zip(&backward) {
+        let mut vehicle = running();
+        events[..=index].iter().for_each(|event| offer(&mut vehicle, event.clone()));
+        let alone = decide(&begin(&mut vehicle));
+        assert!(*onward == alone && *backward == alone, "after event {index}");
     }
 }

@@ -77,6 +77,8 @@ pub struct Smoother {
     elimination: Elimination,
     /// Keyframes whose step is beyond the tolerance.
     restless: Vec<u32>,
+    /// Keyframes linearised anew that nobody has been told of.
+    moved: Vec<Node>,
 }
 
 impl Smoother {
@@ -90,6 +92,7 @@ impl Smoother {
             steps: Arc::default(),
             elimination: Elimination::default(),
             restless: Vec::new(),
+            moved: Vec::new(),
         }
     }
 
@@ -145,6 +148,7 @@ impl Smoother {
             if !moving.is_empty() {
                 report.halvings += self.follow(&moving)?;
                 report.relinearized += moving.len();
+                self.moved.extend(moving.iter().copied().map(Node));
                 touched.extend(self.linearize_around(&moving)?);
                 touched.sort_unstable();
                 touched.dedup();
@@ -195,6 +199,11 @@ impl Smoother {
     /// The linearisation points of all keyframes, in their order.
     pub fn linearizations(&self) -> &[Pose] {
         &self.linearizations
+    }
+
+    /// Keyframes whose linearisation points have moved since the last call, in no order, some of them repeatedly.
+    pub fn take_moved(&mut self) -> Vec<Node> {
+        std::mem::take(&mut self.moved)
     }
 
     /// All factors, in the order of addition.
