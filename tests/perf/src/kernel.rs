@@ -80,6 +80,7 @@ impl Stream {
     /// settled.
     pub fn follow(&mut self) -> Result<bool, KernelError> {
         self.smoother.advance()?;
+        self.smoother.take_moved(); // the daemon's raster follows them
         let keyframes = self.smoother.len();
         let every = SETTLE_EVERY.iter().find(|(most, _)| keyframes <= *most).map_or(1, |(_, every)| *every);
         let settles = keyframes % every == 0;
