@@ -354,3 +354,27 @@ fn a_bound_on_iterations_is_reported_and_the_next_advance_goes_on() {
     let report = smoother.advance().expect("anchored");
     assert!(report.converged && report.iterations == 0, "{report:?}");
 }
+
+/// New keyframes come in above those before, so the tree of a long way grows by a front now and then; a candidate goes all of it.
+#[test]
+fn the_tree_of_a_long_way_is_ordered_anew_before_it_is_high() {
+    const WAY: u32 = 8000;
+    let covariance = Stream::covariance(0.01, 0.001);
+    let step = Pose::translation(0.5, 0.0, 0.0);
+    let mut smoother = Smoother::new(SmootherSettings::default());
+    let (mut greatest, mut place) = (0, Pose::identity());
+    for index in 0..WAY {
+        let node = smoother.add_keyframe(place);
+        let tie = match index.checked_sub(1) {
+            None => Factor::prior(node, place, &covariance),
+            Some(before) => Factor::odometry(Node(before), node, step, &covariance),
+        };
+        smoother.add_factor(tie.expect("a valid measurement")).expect("its nodes exist");
+        smoother.advance().expect("each keyframe is tied");
+        greatest = greatest.max(smoother.elimination().statistics().height);
+        place *= step;
+    }
+    // Twice as high as when it was ordered and 128 fronts more. A way is ordered up to 104 fronts high: parts of 200 keyframes go
+    // from one end to the other.
+    assert!(greatest <= 2 * 104 + 128, "{greatest}");
+}

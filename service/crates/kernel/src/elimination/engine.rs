@@ -7,12 +7,17 @@ use super::marginals;
 use super::solution::Solution;
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
-use super::tree_state::TreeState;
+use super::tree_state::{Ordered, TreeState};
 use super::virtual_path::{ExpectedCovariance, LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
 /// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
 const QUALITY_LOSS: f64 = 2.0;
+
+/// So they are once the tree is higher than this many times what it was when last ordered, and `ROOM_ABOVE` fronts more: every
+/// candidate goes the way to the root. New keyframes come in at the top, where they make a chain.
+const HEIGHT_LOSS: u32 = 2;
+const ROOM_ABOVE: u32 = 128;
 
 /// How the cost of a good order grows with the number of nodes: that of nested dissection on a surface.
 const GROWTH: f64 = 1.5;
@@ -24,8 +29,8 @@ const GROWTH: f64 = 1.5;
 pub struct Elimination {
     system: BlockSystem,
     tree: Tree,
-    /// Nodes and operations when everything was last ordered at once.
-    ordered: (usize, f64),
+    /// The tree when everything was last ordered at once.
+    ordered: Ordered,
     scratch: TreeScratch,
 }
 
@@ -180,7 +185,7 @@ impl Elimination {
     /// of [`Elimination::of`].
     pub(crate) fn restore(&mut self, state: &TreeState) -> Result<(), KernelError> {
         self.tree = Tree::restore(state, &self.system, &mut self.scratch)?;
-        self.ordered = (state.ordered.0 as usize, state.ordered.1);
+        self.ordered = state.ordered;
         Ok(())
     }
 
@@ -226,8 +231,8 @@ impl Elimination {
     }
 
     /// Follows new nodes and new pairs between these nodes, and solves. Everything is ordered anew when eliminating the
-    /// tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to today's size. Returns
-    /// what was done.
+    /// tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to today's size, or when it is more
+    /// than `HEIGHT_LOSS` times as high and `ROOM_ABOVE`. Returns what was done.
     pub(crate) fn restructure(
         &mut self,
         touched: &[u32],
@@ -236,18 +241,30 @@ impl Elimination {
     ) -> Result<Update, KernelError> {
         solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let mut fronts = self.tree.restructure(&self.system, touched, &mut self.scratch)?;
-        let (nodes, flops) = self.ordered;
-        let growth = (self.len() as f64 / nodes.max(1) as f64).powf(GROWTH);
-        if self.tree.flops() > QUALITY_LOSS * flops * growth {
+        if self.has_deteriorated(&fronts) {
             self.rebuild()?;
             fronts = self.downward();
         }
         Ok(self.finish(&fronts, solution, prune))
     }
 
+    /// Whether ordering everything anew is due; `fronts` were just made, the highest first.
+    fn has_deteriorated(&self, fronts: &[u32]) -> bool {
+        let Ordered { nodes, flops, height } = self.ordered;
+        let growth = (self.len() as f64 / nodes.max(1) as f64).powf(GROWTH);
+        self.tree.flops() > QUALITY_LOSS * flops * growth
+            || self.height_of(fronts) > HEIGHT_LOSS * height + ROOM_ABOVE
+    }
+
+    /// Fronts on the longest way up to the first of these.
+    fn height_of(&self, fronts: &[u32]) -> u32 {
+        fronts.first().map_or(0, |&highest| self.tree.front(highest).shape.level + 1)
+    }
+
     fn rebuild(&mut self) -> Result<(), KernelError> {
-        self.tree.rebuild(&self.system, &mut self.scratch)?;
-        self.ordered = (self.len(), self.tree.flops());
+        let fronts = self.tree.rebuild(&self.system, &mut self.scratch)?;
+        let (nodes, flops, height) = (self.len() as u64, self.tree.flops(), self.height_of(&fronts));
+        self.ordered = Ordered { nodes, flops, height };
         Ok(())
     }
 

@@ -56,7 +56,7 @@ pub use candidates::Candidates;
 pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;
-pub use tree_state::{FrontState, TreeState};
+pub use tree_state::{FrontState, Ordered, TreeState};
 pub use virtual_path::{
     ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
 };

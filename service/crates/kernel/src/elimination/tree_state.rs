@@ -17,8 +17,19 @@ pub struct TreeState {
     pub unused: Vec<u32>,
     /// Operations of eliminating every front once, as summed up to now.
     pub flops: f64,
-    /// Nodes and operations when everything was last ordered at once.
-    pub ordered: (u64, f64),
+    /// The tree when everything was last ordered at once.
+    pub ordered: Ordered,
+}
+
+/// A tree's size when all of it had just been ordered, by which it is judged later.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ordered {
+    /// Keyframes.
+    pub nodes: u64,
+    /// Operations of eliminating every front once.
+    pub flops: f64,
+    /// Fronts on the longest way from a leaf to a root.
+    pub height: u32,
 }
 
 /// A front without its numbers.
@@ -34,19 +45,14 @@ pub struct FrontState {
 
 impl Tree {
     /// The fronts, the ids not in use, and the operations.
-    pub(super) fn state(&self, ordered: (usize, f64)) -> TreeState {
+    pub(super) fn state(&self, ordered: Ordered) -> TreeState {
         let front = |id: u32| {
             let Shape { frontal, separator, children, .. } = &*self.front(id).shape;
             FrontState { frontal: frontal.clone(), separator: separator.clone(), children: children.clone() }
         };
         let mut fronts = vec![None; self.id_bound()];
         self.ids().for_each(|id| fronts[id as usize] = Some(front(id)));
-        TreeState {
-            fronts,
-            unused: self.unused().to_vec(),
-            flops: self.flops(),
-            ordered: (ordered.0 as u64, ordered.1),
-        }
+        TreeState { fronts, unused: self.unused().to_vec(), flops: self.flops(), ordered }
     }
 
     /// The tree of this state over a system, eliminated. Cost: one elimination, without ordering.
@@ -153,9 +159,10 @@ mod tests {
         let system = chain(40);
         let mut tree = Tree::default();
         tree.rebuild(&system, &mut TreeScratch::default()).expect("it is positive definite");
-        let state = tree.state((40, 1.0));
+        let ordered = Ordered { nodes: 40, flops: 1.0, height: 3 };
+        let state = tree.state(ordered);
         let restored = |state: &TreeState| Tree::restore(state, &system, &mut TreeScratch::default());
-        assert_eq!(restored(&state).expect("its own").state((40, 1.0)), state);
+        assert_eq!(restored(&state).expect("its own").state(ordered), state);
 
         type Break = fn(&mut TreeState);
         let breaks: [Break; 7] = [

@@ -3,7 +3,7 @@
 use super::{Checkpoint, Kept, Unusable};
 use crate::survey::Progress;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
-use pdn_kernel::elimination::{FrontState, TreeState};
+use pdn_kernel::elimination::{FrontState, Ordered, TreeState};
 use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::SmootherState;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ struct Content {
     fronts: Vec<Option<[Vec<u32>; 3]>>,
     unused: Vec<u32>,
     flops: f64,
-    ordered: (u64, f64),
+    ordered: (u64, f64, u32),
 
     converged: bool,
     progress_m: f64,
@@ -58,7 +58,7 @@ pub(super) fn encode(checkpoint: &Checkpoint, software: &str, identity: u64, crc
         fronts: tree.fronts.iter().map(|place| place.as_ref().map(front)).collect(),
         unused: tree.unused.clone(),
         flops: tree.flops,
-        ordered: tree.ordered,
+        ordered: (tree.ordered.nodes, tree.ordered.flops, tree.ordered.height),
         converged: *converged,
         progress_m: progress.done_m,
         progress_at: progress.last.map(Into::into),
@@ -76,12 +76,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Checkpoint, String, u64, u32), Unu
     if read != bytes.len() {
         return Err(Unusable::Damaged);
     }
+    let (nodes, flops, height) = content.ordered;
     let front = |[frontal, separator, children]: [Vec<u32>; 3]| FrontState { frontal, separator, children };
     let tree = TreeState {
         fronts: content.fronts.into_iter().map(|place| place.map(front)).collect(),
         unused: content.unused,
         flops: content.flops,
-        ordered: content.ordered,
+        ordered: Ordered { nodes, flops, height },
     };
     let smoother = SmootherState {
         linearizations: content.linearizations.iter().map(pose).collect(),
