@@ -195,16 +195,15 @@ impl Tree {
         Ok(ids)
     }
 
-    /// Orders and eliminates everything anew. Nothing changes on an error.
+    /// Orders and eliminates everything anew. What there was goes first, so that memory never holds two trees; after an
+    /// error there is none.
     pub(super) fn rebuild(
         &mut self,
         system: &BlockSystem,
         scratch: &mut TreeScratch,
     ) -> Result<Vec<u32>, KernelError> {
-        let mut tree = Tree::default();
-        let ids = tree.restructure(system, &[], scratch)?;
-        *self = tree;
-        Ok(ids)
+        *self = Tree::default();
+        self.restructure(system, &[], scratch)
     }
 
     /// The fronts of these nodes and everything above them, each once, parents before children.
