@@ -9,7 +9,7 @@ use pdn_kernel::Node;
 use pdn_kernel::elimination::{Candidates, VirtualLink, VirtualPath, Workspace};
 use pdn_kernel::se3::adjoint;
 use rayon::prelude::*;
-use std::cell::RefCell;
+use std::cell::Cell;
 
 /// The robot's expected knowledge at the end of a round trip and on the way.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,8 @@ const SMALLEST_GROUP: usize = 8;
 
 thread_local! {
     /// The memory in which a thread evaluates, kept for its next trips: making it anew takes a seventh of the time of 50.
-    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+    /// It is taken out meanwhile, so that a fault leaves nothing half done to later trips.
+    static WORKSPACE: Cell<Workspace> = Cell::default();
 }
 
 /// Round trips that a thread takes at once: those with common beginnings cost less one after the other, so as many as
@@ -117,8 +118,10 @@ fn evaluate_all<T: Clone + Send>(
     let mut order: Vec<usize> = (0..trips.len()).collect();
     order.sort_by(|&one, &other| by_places(trips[one], trips[other]).then(one.cmp(&other)));
     let expect_group = |group: &[usize]| {
-        WORKSPACE
-            .with_borrow_mut(|workspace| evaluate_group(snapshot, group, paths, workspace, stop, &evaluate))
+        let mut workspace = WORKSPACE.take();
+        let found = evaluate_group(snapshot, group, paths, &mut workspace, stop, &evaluate);
+        WORKSPACE.set(workspace);
+        found
     };
     let groups: Vec<Result<Vec<Option<T>>, PlanningError>> =
         pool.install(|| order.par_chunks(group_size).map(expect_group).collect());
