@@ -253,7 +253,7 @@ impl Elimination {
         let Ordered { nodes, flops, height } = self.ordered;
         let growth = (self.len() as f64 / nodes.max(1) as f64).powf(GROWTH);
         self.tree.flops() > QUALITY_LOSS * flops * growth
-            || self.height_of(fronts) > HEIGHT_LOSS * height + ROOM_ABOVE
+            || self.height_of(fronts) > HEIGHT_LOSS.saturating_mul(height).saturating_add(ROOM_ABOVE)
     }
 
     /// Fronts on the longest way up to the first of these.
