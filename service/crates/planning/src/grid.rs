@@ -20,7 +20,6 @@ pub(crate) struct Grid {
 struct Point {
     cube: [i64; 3],
     node: Node,
-    place: Vector3<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +32,7 @@ struct Column {
 impl Grid {
     /// The places of some nodes; `edge_m` is that of a cube, above zero, about the radius of the searches to come.
     pub(crate) fn new(places: impl Iterator<Item = (Node, Vector3<f64>)>, edge_m: f64) -> Grid {
-        let point = |(node, place)| Point { cube: cube(&place, edge_m), node, place };
+        let point = |(node, place)| Point { cube: cube(&place, edge_m), node };
         let mut points: Vec<Point> = places.map(point).collect();
         points.sort_unstable_by_key(|point| (point.cube, point.node));
         let mut columns: Vec<Column> = Vec::new();
@@ -52,20 +51,15 @@ impl Grid {
         self.edge_m
     }
 
-    /// Shows every node within `reach_m` of a place, and some that are farther, in no order, each with its own place.
-    pub(crate) fn visit(
-        &self,
-        place: &Vector3<f64>,
-        reach_m: f64,
-        mut show: impl FnMut(Node, &Vector3<f64>),
-    ) {
+    /// Shows every node within `reach_m` of a place, and some that are farther, in no order.
+    pub(crate) fn visit(&self, place: &Vector3<f64>, reach_m: f64, mut show: impl FnMut(Node)) {
         let reach = Vector3::repeat(reach_m);
         let (low, high) = (cube(&(place - reach), self.edge_m), cube(&(place + reach), self.edge_m));
         let mut look_into = |column: &Column| {
             let points = &self.points[column.first..column.end];
             let below = points.partition_point(|point| point.cube[2] < low[2]);
             for point in points[below..].iter().take_while(|point| point.cube[2] <= high[2]) {
-                show(point.node, &point.place);
+                show(point.node);
             }
         };
         let strips = high[0].saturating_sub(low[0]);

@@ -101,12 +101,12 @@ impl Places {
     pub(crate) fn visit(&self, place: &Vector3<f64>, reach_m: f64, mut show: impl FnMut(Node, f64)) {
         let mut tell = |node: Node| show(node, (self.now[node.index()] - place).norm());
         let slack_m = self.sorted.slack_m();
-        self.sorted.grid.visit(place, reach_m + slack_m, |node, _| {
+        self.sorted.grid.visit(place, reach_m + slack_m, |node| {
             if self.is_loose.get(node.index()) == Some(&false) {
                 tell(node);
             }
         });
-        self.loose.visit(place, reach_m, |node, _| tell(node));
+        self.loose.visit(place, reach_m, tell);
     }
 }
 
