@@ -9,7 +9,7 @@ use crate::snapshot::Snapshot;
 use crate::waypoint::Waypoint;
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::Node;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What is derived from a snapshot. `Derived::default()` begins with nothing; what is found is the same, bit for bit.
 #[derive(Default)]
@@ -54,9 +54,19 @@ impl Derived {
 }
 
 impl Inheritance {
-    fn estate(&self) -> MutexGuard<'_, Estate> {
-        // What is there is whole at any time.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Makes something from what was left for it, and leaves what later ones may begin with.
+    fn hand_on<T: Clone, R>(
+        &self,
+        of: fn(&mut Estate) -> &mut T,
+        make: impl FnOnce(T) -> R,
+        leave: impl FnOnce(&R) -> T,
+    ) -> R {
+        // Others may hand on the same meanwhile: what is there is whole at any time.
+        let estate = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = of(&mut estate()).clone();
+        let made = make(before);
+        *of(&mut estate()) = leave(&made);
+        made
     }
 }
 
@@ -65,11 +75,8 @@ impl Snapshot {
     pub(crate) fn bodies(&self) -> &Places {
         self.derived.bodies.get_or_init(|| {
             let places = self.keyframes.iter().map(|keyframe| keyframe.world_from_body.translation.vector);
-            let inheritance = &self.derived.inheritance;
-            let before = inheritance.estate().bodies.clone();
-            let bodies = Places::new(places.collect(), self.edge_radius_m(), before);
-            inheritance.estate().bodies = Some(bodies.sorted());
-            bodies
+            let make = |before| Places::new(places.collect(), self.edge_radius_m(), before);
+            self.derived.inheritance.hand_on(|estate| &mut estate.bodies, make, |made| Some(made.sorted()))
         })
     }
 
@@ -81,10 +88,9 @@ impl Snapshot {
                 (world_from_camera.translation.vector, optical_axis(&world_from_camera))
             });
             let (centres, axes) = cameras.unzip();
-            let inheritance = &self.derived.inheritance;
-            let before = inheritance.estate().cameras.clone();
-            let places = Places::new(centres, self.settings.max_baseline_m, before);
-            inheritance.estate().cameras = Some(places.sorted());
+            let make = |before| Places::new(centres, self.settings.max_baseline_m, before);
+            let leave = |made: &Places| Some(made.sorted());
+            let places = self.derived.inheritance.hand_on(|estate| &mut estate.cameras, make, leave);
             Cameras { places, axes }
         })
     }
@@ -93,11 +99,8 @@ impl Snapshot {
     /// for those that have moved.
     pub(crate) fn neighbours(&self) -> &Neighbours {
         self.derived.neighbours.get_or_init(|| {
-            let now: Vec<Option<Vector3<f64>>> = self.bodies().now().iter().copied().map(Some).collect();
-            let before = self.derived.inheritance.estate().neighbours.clone();
-            let neighbours = self.neighbours_from(before, self.edge_radius_m(), &now);
-            self.derived.inheritance.estate().neighbours = neighbours.clone();
-            neighbours
+            let now = self.bodies().now().iter().copied().map(Some).collect();
+            self.follow_neighbours(|estate| &mut estate.neighbours, self.edge_radius_m(), now)
         })
     }
 
@@ -106,17 +109,22 @@ impl Snapshot {
         self.derived.salient_neighbours.get_or_init(|| {
             let mut now = vec![None; self.keyframes.len()];
             self.salient().for_each(|node| now[node.index()] = Some(self.body(node)));
-            let before = self.derived.inheritance.estate().salient_neighbours.clone();
-            let neighbours = self.neighbours_from(before, self.settings.eps_m, &now);
-            self.derived.inheritance.estate().salient_neighbours = neighbours.clone();
-            neighbours
+            self.follow_neighbours(|estate| &mut estate.salient_neighbours, self.settings.eps_m, now)
         })
     }
 
-    fn neighbours_from(&self, before: Neighbours, radius_m: f64, now: &[Option<Vector3<f64>>]) -> Neighbours {
-        before.follow(radius_m, now, |place, reach_m, show| {
-            self.bodies().visit(place, reach_m, |node, _| show(node));
-        })
+    fn follow_neighbours(
+        &self,
+        of: fn(&mut Estate) -> &mut Neighbours,
+        radius_m: f64,
+        now: Vec<Option<Vector3<f64>>>,
+    ) -> Neighbours {
+        let follow = |before: Neighbours| {
+            before.follow(radius_m, &now, |place, reach_m, show| {
+                self.bodies().visit(place, reach_m, |node, _| show(node));
+            })
+        };
+        self.derived.inheritance.hand_on(of, follow, Neighbours::clone)
     }
 
     /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no
