@@ -46,6 +46,9 @@ pub fn expect_exploration(snapshot: &Snapshot) -> Result<Matrix6<f64>, PlanningE
 /// Fewest round trips that a thread takes at once, where there are several threads.
 const SMALLEST_GROUP: usize = 8;
 
+/// Paths that are made at a time, which bounds what a thread holds of trips that begin nothing alike.
+const PATHS_AT_ONCE: usize = 8;
+
 thread_local! {
     /// The memory in which a thread evaluates, kept for its next trips: making it anew takes a seventh of the time of 50.
     /// It is taken out meanwhile, so that a fault leaves nothing half done to later trips.
@@ -111,8 +114,7 @@ fn evaluate_all<T: Clone + Send>(
     paths: &Paths,
     pool: &rayon::ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
-    evaluate: impl for<'a> Fn(&mut Candidates<'a>, &'a VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError>
-    + Sync,
+    evaluate: impl Fn(&mut Candidates, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync,
 ) -> Result<Vec<Option<T>>, PlanningError> {
     let group_size = group_size(trips.len(), pool.current_num_threads());
     let mut order: Vec<usize> = (0..trips.len()).collect();
@@ -141,24 +143,27 @@ fn evaluate_group<T: Clone>(
     paths: &Paths,
     workspace: &mut Workspace,
     stop: &(dyn Fn() -> bool + Sync),
-    evaluate: &(
-         impl for<'a> Fn(&mut Candidates<'a>, &'a VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync
-     ),
+    evaluate: &(impl Fn(&mut Candidates, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync),
 ) -> Result<Vec<Option<T>>, PlanningError> {
-    if stop() {
-        return Ok(vec![None; group.len()]);
-    }
-    let robot_covariance = snapshot.robot_covariance()?;
-    let paths = paths(group)?;
     let mut candidates = Candidates::new(&snapshot.elimination, workspace);
-    let evaluated = paths.iter().enumerate().map(|(index, path)| {
-        // For the first it has been asked.
-        if index > 0 && stop() {
-            return Ok(None);
+    let mut found = Vec::with_capacity(group.len());
+    for made in group.chunks(PATHS_AT_ONCE) {
+        if stop() {
+            break;
         }
-        evaluate(&mut candidates, path, &robot_covariance).map(Some)
-    });
-    evaluated.collect()
+        let robot_covariance = snapshot.robot_covariance()?;
+        for (index, path) in paths(made)?.iter().enumerate() {
+            // For the first it has been asked.
+            let is_stopped = index > 0 && stop();
+            found.push(if is_stopped {
+                None
+            } else {
+                Some(evaluate(&mut candidates, path, &robot_covariance)?)
+            });
+        }
+    }
+    found.resize(group.len(), None);
+    Ok(found)
 }
 
 /// Virtual node, keyframe and P_L of each expected registration, by node: what is expected at a place, at each of its nodes.

@@ -14,7 +14,7 @@ use crate::KernelError;
 pub struct Candidates<'a> {
     elimination: &'a Elimination,
     workspace: &'a mut Workspace,
-    previous: Option<&'a VirtualPath>,
+    previous: Option<VirtualPath>,
 }
 
 impl<'a> Candidates<'a> {
@@ -27,7 +27,7 @@ impl<'a> Candidates<'a> {
     ///
     /// Cost: the fronts that hold a linked keyframe and those above them, as far as not shared. Errors: as of
     /// [`Elimination::expected_covariance`].
-    pub fn terminal(&mut self, path: &'a VirtualPath) -> Result<Matrix6<f64>, KernelError> {
+    pub fn terminal(&mut self, path: &VirtualPath) -> Result<Matrix6<f64>, KernelError> {
         self.attach(path)?;
         self.workspace.terminal(self.elimination.ground(), path, LinkWeight::Expected, false)
     }
@@ -38,7 +38,7 @@ impl<'a> Candidates<'a> {
     /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Elimination::expected_covariance`].
     pub fn covariances(
         &mut self,
-        path: &'a VirtualPath,
+        path: &VirtualPath,
         robot_covariance: &Matrix6<f64>,
     ) -> Result<ExpectedCovariances, KernelError> {
         self.attach(path)?;
@@ -50,12 +50,12 @@ impl<'a> Candidates<'a> {
         Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
 
-    fn attach(&mut self, path: &'a VirtualPath) -> Result<(), KernelError> {
+    fn attach(&mut self, path: &VirtualPath) -> Result<(), KernelError> {
         // Until it is attached nothing is known to be shared with it.
         let previous = self.previous.take();
         self.elimination.check_path(path)?;
-        self.workspace.attach(self.elimination.ground(), path, |_| true, previous)?;
-        self.previous = Some(path);
+        self.workspace.attach(self.elimination.ground(), path, |_| true, previous.as_ref())?;
+        self.previous = Some(path.clone());
         Ok(())
     }
 }
