@@ -98,7 +98,7 @@ impl Stream {
 
     fn settle_to(&mut self, tolerance: f64) -> Result<(), KernelError> {
         for _ in 0..SETTLE_ROUNDS {
-            if self.smoother.settle(tolerance)?.converged {
+            if self.smoother.relinearize(tolerance)?.converged {
                 break;
             }
         }

@@ -37,7 +37,7 @@ fn main() {
     println!("  {:?}", smoother.elimination().statistics());
     let chi2 = smoother.chi2().expect("finite");
     let start = now_ms();
-    let report = smoother.settle(1e-8).expect("the graph is anchored");
+    let report = smoother.relinearize(1e-8).expect("the graph is anchored");
     println!(
         "  chi2 {chi2}; settled to 1e-8 in {:.1} ms: {}",
         now_ms() - start,

@@ -57,7 +57,7 @@ fn survey(keyframes: usize, settings: SmootherSettings) -> Result<(), KernelErro
     println!("  relinearised {relinearized}, advances that hit the bound {unfinished}");
     println!("  streamed {:?}", smoother.elimination().statistics());
     let start = now_ms();
-    let report = smoother.settle(1e-7)?;
+    let report = smoother.relinearize(1e-7)?;
     println!("  settled to 1e-7 in {:.2} ms: {report:?}", now_ms() - start);
 
     let start = now_ms();

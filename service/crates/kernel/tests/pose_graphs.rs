@@ -81,7 +81,7 @@ fn stream(edges: &[g2o::Edge], settings: SmootherSettings) -> Smoother {
         smoother.advance().expect("the graph is anchored");
     }
     // The published covariances are those at the optimum itself.
-    while !smoother.settle(1e-8).expect("the graph is anchored").converged {}
+    while !smoother.relinearize(1e-8).expect("the graph is anchored").converged {}
     smoother
 }
 

@@ -189,7 +189,7 @@ fn a_stream_ends_at_the_optimum_of_all_its_factors() {
             let apart = se3::log(&(batch.estimate(node).inverse() * streamed.estimate(node))).amax();
             assert!(apart < tolerance, "seed {seed}, node {node}: {apart:e}");
         }
-        while !streamed.settle(1e-9).expect("anchored").converged {}
+        while !streamed.relinearize(1e-9).expect("anchored").converged {}
         let chi2 = streamed.chi2().expect("finite");
         assert!((chi2 - optimum).abs() < 1e-9 * optimum, "seed {seed}: {chi2} against {optimum}");
     }
@@ -205,7 +205,7 @@ fn every_linearisation_point_that_moves_is_told() {
         stream.add(&mut smoother, index);
         smoother.advance().expect("every keyframe is tied");
         if index % 10 == 9 {
-            smoother.settle(1e-7).expect("every keyframe is tied");
+            smoother.relinearize(1e-7).expect("every keyframe is tied");
         }
         let moved = smoother.take_moved();
         for (node, pose) in (0..).map(Node).zip(&before) {
@@ -269,9 +269,9 @@ fn what_is_kept_of_a_smoother_goes_on_bit_for_bit() {
                 smoother.advance().expect("anchored");
             }
             if index % 7 == 6 {
-                smoother.settle(1e-6).expect("anchored");
+                smoother.relinearize(1e-6).expect("anchored");
                 if let Some(kept) = &mut kept {
-                    kept.settle(1e-6).expect("anchored");
+                    kept.relinearize(1e-6).expect("anchored");
                 }
             }
             if let Some(kept) = &kept {

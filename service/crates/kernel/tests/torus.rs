@@ -40,7 +40,7 @@ fn a_stream_round_a_torus_ends_at_the_batch_optimum() {
         streamed.advance().expect("the stream is anchored");
     }
     assert!(next.next().is_none(), "every factor was streamed");
-    while !streamed.settle(1e-9).expect("anchored").converged {}
+    while !streamed.relinearize(1e-9).expect("anchored").converged {}
 
     let mut batch = Smoother::new(SmootherSettings { relinearize_above: 1e-10, max_iterations: 50 });
     for pose in &truth {

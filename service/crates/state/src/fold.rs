@@ -288,7 +288,7 @@ pub(crate) fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
     let is_small = smoother.len() <= SMALL_GRAPH;
     let tolerance = if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE };
     for _ in 0..SETTLE_ROUNDS {
-        if smoother.settle(tolerance)?.converged {
+        if smoother.relinearize(tolerance)?.converged {
             return Ok(true);
         }
     }

@@ -129,7 +129,7 @@ impl Smoother {
     /// As [`Smoother::advance`], for once with this tolerance instead of `relinearize_above`: every keyframe whose step
     /// exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge linearly, so a small
     /// tolerance may take several calls.
-    pub fn settle(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
+    pub fn relinearize(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
         self.elimination.catch_up(Arc::make_mut(&mut self.steps), SETTLED_PRUNE);
         let beyond = |&node: &u32| self.steps.value(node).amax() > relinearize_above;
         self.restless = (0..self.len() as u32).filter(beyond).collect();
