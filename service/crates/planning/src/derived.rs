@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// What is derived from a snapshot. `Derived::default()` begins with nothing; what is found is the same, bit for bit.
 #[derive(Default)]
 pub struct Derived {
-    inheritance: Inheritance,
+    cache: DerivedCache,
     bodies: OnceLock<Places>,
     cameras: OnceLock<Cameras>,
     neighbours: OnceLock<Neighbours>,
@@ -25,13 +25,13 @@ pub struct Derived {
 }
 
 /// What snapshots of one mission hand on: sorted places and lists of neighbours, of which most stay from one to the
-/// next. Copies are the same inheritance. Nothing that is found depends on it, only the time that it takes.
+/// next. Copies are the same cache. Nothing that is found depends on it, only the time that it takes.
 #[derive(Clone, Debug, Default)]
-pub struct Inheritance(Arc<Mutex<Estate>>);
+pub struct DerivedCache(Arc<Mutex<CacheContent>>);
 
 /// What the latest that was derived left.
 #[derive(Debug, Default)]
-struct Estate {
+struct CacheContent {
     bodies: Option<Arc<Sorted>>,
     cameras: Option<Arc<Sorted>>,
     neighbours: Neighbours,
@@ -48,24 +48,24 @@ pub(crate) struct Cameras {
 
 impl Derived {
     /// Nothing yet, to be derived from what earlier snapshots left, and to be left to later ones.
-    pub fn inheriting(inheritance: &Inheritance) -> Derived {
-        Derived { inheritance: inheritance.clone(), ..Derived::default() }
+    pub fn with_cache(cache: &DerivedCache) -> Derived {
+        Derived { cache: cache.clone(), ..Derived::default() }
     }
 }
 
-impl Inheritance {
+impl DerivedCache {
     /// Makes something from what was left for it, and leaves what later ones may begin with.
-    fn hand_on<T: Clone, R>(
+    fn renew<T: Clone, R>(
         &self,
-        of: fn(&mut Estate) -> &mut T,
+        of: fn(&mut CacheContent) -> &mut T,
         make: impl FnOnce(T) -> R,
         leave: impl FnOnce(&R) -> T,
     ) -> R {
         // Others may hand on the same meanwhile: what is there is whole at any time.
-        let estate = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = of(&mut estate()).clone();
+        let content = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = of(&mut content()).clone();
         let made = make(before);
-        *of(&mut estate()) = leave(&made);
+        *of(&mut content()) = leave(&made);
         made
     }
 }
@@ -76,7 +76,7 @@ impl Snapshot {
         self.derived.bodies.get_or_init(|| {
             let places = self.keyframes.iter().map(|keyframe| keyframe.world_from_body.translation.vector);
             let make = |before| Places::new(places.collect(), self.edge_radius_m(), before);
-            self.derived.inheritance.hand_on(|estate| &mut estate.bodies, make, |made| Some(made.sorted()))
+            self.derived.cache.renew(|content| &mut content.bodies, make, |made| Some(made.sorted()))
         })
     }
 
@@ -90,7 +90,7 @@ impl Snapshot {
             let (centres, axes) = cameras.unzip();
             let make = |before| Places::new(centres, self.settings.max_baseline_m, before);
             let leave = |made: &Places| Some(made.sorted());
-            let places = self.derived.inheritance.hand_on(|estate| &mut estate.cameras, make, leave);
+            let places = self.derived.cache.renew(|content| &mut content.cameras, make, leave);
             Cameras { places, axes }
         })
     }
@@ -100,7 +100,7 @@ impl Snapshot {
     pub(crate) fn neighbours(&self) -> &Neighbours {
         self.derived.neighbours.get_or_init(|| {
             let now = self.bodies().now().iter().copied().map(Some).collect();
-            self.follow_neighbours(|estate| &mut estate.neighbours, self.edge_radius_m(), now)
+            self.follow_neighbours(|content| &mut content.neighbours, self.edge_radius_m(), now)
         })
     }
 
@@ -109,13 +109,13 @@ impl Snapshot {
         self.derived.salient_neighbours.get_or_init(|| {
             let mut now = vec![None; self.keyframes.len()];
             self.salient().for_each(|node| now[node.index()] = Some(self.body(node)));
-            self.follow_neighbours(|estate| &mut estate.salient_neighbours, self.settings.eps_m, now)
+            self.follow_neighbours(|content| &mut content.salient_neighbours, self.settings.eps_m, now)
         })
     }
 
     fn follow_neighbours(
         &self,
-        of: fn(&mut Estate) -> &mut Neighbours,
+        of: fn(&mut CacheContent) -> &mut Neighbours,
         radius_m: f64,
         now: Vec<Option<Vector3<f64>>>,
     ) -> Neighbours {
@@ -124,7 +124,7 @@ impl Snapshot {
                 self.bodies().visit(place, reach_m, |node, _| show(node));
             })
         };
-        self.derived.inheritance.hand_on(of, follow, Neighbours::clone)
+        self.derived.cache.renew(of, follow, Neighbours::clone)
     }
 
     /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no

@@ -52,7 +52,7 @@ pub mod reason;
 pub use coverage::Coverage;
 pub use decide::{decide, evaluate_paths};
 pub use decision::{Action, Candidate, Decision, Evaluation, Exploration, Question, Robot};
-pub use derived::{Derived, Inheritance};
+pub use derived::{Derived, DerivedCache};
 pub use error::PlanningError;
 pub use registration::LinkModel;
 pub use saliency::Saliency;

@@ -12,7 +12,7 @@ use pdn_kernel::se3::Pose;
 
 /// A mission as it stands. Every pose is a linearisation point, so that an outsider can recompute a decision.
 ///
-/// Make it field by field with `derived: Derived::default()` or what earlier ones left ([`Derived::inheriting`]), share it behind an `Arc`, and change nothing
+/// Make it field by field with `derived: Derived::default()` or what earlier ones left ([`Derived::with_cache`]), share it behind an `Arc`, and change nothing
 /// afterwards: what has been derived from the fields is kept.
 pub struct Snapshot {
     /// Keyframes of the pose graph; the index is the kernel's [`Node`].

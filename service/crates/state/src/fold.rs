@@ -20,7 +20,7 @@ use crate::trail::{Moved, Trail};
 use crate::view::{Known, RobotNow, View};
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{KernelError, SharedVec};
-use pdn_planning::{Inheritance, LinkModel};
+use pdn_planning::{DerivedCache, LinkModel};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -73,7 +73,7 @@ pub struct Fold {
     /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
     pub(crate) known: SharedVec<Known>,
     /// What its views derive and leave to later ones.
-    pub(crate) inheritance: Inheritance,
+    pub(crate) cache: DerivedCache,
 }
 
 /// What came since the last keyframe's event, that one included.
@@ -114,7 +114,7 @@ impl Fold {
             robot: None,
             view: None,
             known: SharedVec::default(),
-            inheritance: Inheritance::default(),
+            cache: DerivedCache::default(),
             settings: Arc::new(settings),
         }
     }

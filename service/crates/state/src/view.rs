@@ -9,7 +9,7 @@ use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::Smoother;
 use pdn_kernel::{Node, SharedVec, gaussian};
 use pdn_planning::{
-    Coverage, Decision, Derived, Evaluation, Inheritance, LinkModel, OdometryStep, PlanningError, Question,
+    Coverage, Decision, Derived, DerivedCache, Evaluation, LinkModel, OdometryStep, PlanningError, Question,
     Saliency, Snapshot, SnapshotKeyframe,
 };
 use rayon::ThreadPool;
@@ -29,7 +29,7 @@ pub struct View {
     /// At the linearisation points of the fold.
     smoother: Smoother,
     /// What the views of the mission leave to each other; it changes no bit of what is told.
-    inheritance: Inheritance,
+    cache: DerivedCache,
     settled: OnceLock<Result<Settled, StateError>>,
     /// Count of each kind of factor.
     pub factors: BTreeMap<&'static str, u64>,
@@ -84,7 +84,7 @@ impl View {
             link_model: fold.link_model.clone(),
             settings: Arc::clone(&fold.settings),
             smoother: fold.smoother.clone(),
-            inheritance: fold.inheritance.clone(),
+            cache: fold.cache.clone(),
             settled: OnceLock::new(),
             factors: factors.collect(),
         }
@@ -176,7 +176,7 @@ impl View {
             target_m2: self.settings.target_m2,
             link_model: self.link_model.clone(),
             settings,
-            derived: Derived::inheriting(&self.inheritance),
+            derived: Derived::with_cache(&self.cache),
         }
     }
 }

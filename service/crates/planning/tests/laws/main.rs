@@ -19,4 +19,4 @@ mod rewarding;
 
 mod deciding;
 
-mod inheriting;
+mod caching;

@@ -7,7 +7,7 @@ use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
 use pdn_planning::registration::links;
 use pdn_planning::route::routes;
-use pdn_planning::{Derived, Inheritance, Question, Snapshot, SnapshotKeyframe, decide, waypoints};
+use pdn_planning::{Derived, DerivedCache, Question, Snapshot, SnapshotKeyframe, decide, waypoints};
 use proptest::prelude::*;
 
 /// Keyframes of the whole survey, of which a snapshot has those up to some node.
@@ -94,10 +94,10 @@ proptest! {
     #[test]
     fn a_snapshot_is_the_same_whatever_it_inherits(seed: u64, changes in changes()) {
         let mut survey = Survey::new(seed);
-        let (inheritance, mut draw) = (Inheritance::default(), Draw(seed ^ 7));
+        let (cache, mut draw) = (DerivedCache::default(), Draw(seed ^ 7));
         for (step, change) in changes.iter().enumerate() {
             survey.apply(change);
-            let heir = survey.snapshot(Derived::inheriting(&inheritance));
+            let heir = survey.snapshot(Derived::with_cache(&cache));
             let fresh = survey.snapshot(Derived::default());
             if step % 3 == 1 {
                 continue; // nothing was asked of it
@@ -118,13 +118,13 @@ proptest! {
     #[test]
     fn a_decision_is_the_same_whatever_it_inherits(seed: u64, changes in changes(), choice_only: bool) {
         let mut survey = Survey::new(seed);
-        let inheritance = Inheritance::default();
+        let cache = DerivedCache::default();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
         let question = Question { choice_only, ..Question::default() };
         let mut last = None;
         for change in &changes {
             survey.apply(change);
-            let heir = survey.snapshot(Derived::inheriting(&inheritance));
+            let heir = survey.snapshot(Derived::with_cache(&cache));
             last = Some(decide(&heir, &question, &pool, &|| false).unwrap());
         }
         let fresh = survey.snapshot(Derived::default());
@@ -136,12 +136,12 @@ proptest! {
 #[test]
 fn what_moves_far_is_found_where_it_is() {
     let mut survey = Survey::new(1);
-    let inheritance = Inheritance::default();
-    let before = survey.snapshot(Derived::inheriting(&inheritance));
+    let cache = DerivedCache::default();
+    let before = survey.snapshot(Derived::with_cache(&cache));
     let far = before.keyframes[5].world_from_body.translation.vector + Vector3::new(0.0, 900.0, 0.0);
     assert_ne!(before.nearest(&far).unwrap(), Node(7));
     survey.poses[7].translation.vector = far;
-    let after = survey.snapshot(Derived::inheriting(&inheritance));
+    let after = survey.snapshot(Derived::with_cache(&cache));
     assert_eq!(after.nearest(&far).unwrap(), Node(7));
     assert_eq!(routes(&after, &[Node(7)]).unwrap(), [None]);
 }
