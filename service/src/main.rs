@@ -1,7 +1,7 @@
 //! `pdnd`: the perception-driven navigation daemon.
 //!
 //! Reading order: `cli` (what can be asked of the program), `settings`, `state_dir`, `telemetry`, then the daemon:
-//! `serve` (its phases from start to end, `stop` when the end begins), `returning` (vehicles of earlier runs), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
+//! `serve` (its phases from start to end, `stop` when the end begins), `returning` (vehicles of earlier runs), `admission` (vehicles that are new), `vehicle` (the loop that owns a
 //! vehicle), `keeper` (its journals), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
 //!
 //! Exit codes: 0 well; 1 a failure while running, `pdnd health` found no ready daemon, a journal is damaged or a decision
@@ -13,7 +13,7 @@ mod state_dir;
 mod telemetry;
 
 mod keeper;
-mod lobby;
+mod admission;
 mod planner;
 mod returning;
 mod serve;

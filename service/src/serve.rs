@@ -1,12 +1,12 @@
 //! The daemon from start to end: open the session, take what comes, say that it is ready; on a signal take nothing
 //! more, finish what was accepted, leave.
 
-use crate::lobby::Lobby;
+use crate::admission::Admission;
 use crate::planner::Planner;
 use crate::returning::recover_all;
 use crate::settings::Settings;
 use crate::stop::Stop;
-use pdn_transport::directory::{Directory, LobbyBounds};
+use pdn_transport::directory::{AdmissionBounds, Directory};
 use pdn_transport::intake::{Intake, declare_ready};
 use pdn_transport::session::{self, Config, SessionError};
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::oneshot;
 
-/// Configurations, and heads of events, of unknown vehicles that wait.
-const LOBBY: LobbyBounds = LobbyBounds { messages: 256, bytes: 16 * 1024 * 1024 };
+/// Configurations, and heads of events, of unknown vehicles that wait for admission.
+const ADMISSION: AdmissionBounds = AdmissionBounds { messages: 256, bytes: 16 * 1024 * 1024 };
 
 /// Time for leaving the network once all is finished, at most; a quarter of `drain_ms` if that is less.
 const LEAVE: Duration = Duration::from_secs(1);
@@ -42,16 +42,16 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
     let planner = Planner::new(settings.planner_threads(), stop.clone());
     let planner = planner.map_err(|error| internal("planner", &error))?;
     let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
-    let (directory, knocks) = Directory::new(LOBBY);
+    let (directory, unknown_vehicles) = Directory::new(ADMISSION);
     let directory = Arc::new(directory);
-    let (close_lobby, closed) = oneshot::channel();
-    let mut lobby =
-        Lobby::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
+    let (close_admission, closed) = oneshot::channel();
+    let mut admission =
+        Admission::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
     for returned in returned {
-        lobby.welcome(returned, None).await;
+        admission.spawn(returned, None).await;
     }
     let intake = Intake::open(&session, directory.clone()).await?;
-    let lobby = tokio::spawn(lobby.run(knocks, closed));
+    let admission = tokio::spawn(admission.run(unknown_vehicles, closed));
     let ready = declare_ready(&session).await?;
     let locators: Vec<_> = session.info().locators().await.iter().map(ToString::to_string).collect();
     tracing::info!(
@@ -72,12 +72,12 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
         tracing::warn!(%error, "the readiness token could not be taken back");
     }
     directory.close();
-    let _ = close_lobby.send(());
+    let _ = close_admission.send(());
     let finished = async {
         let mut all = true;
-        for end in lobby.await.unwrap_or_default() {
+        for drained in admission.await.unwrap_or_default() {
             // A thread that has failed has nothing more to finish.
-            all &= end.await.unwrap_or(true);
+            all &= drained.await.unwrap_or(true);
         }
         all
     };

@@ -1,4 +1,4 @@
-//! Where vehicles come in that are not known yet: the first accepted `op/configure` makes one.
+//! Admits vehicles that are not known yet: the first accepted `op/configure` makes one.
 
 use crate::keeper::Keeper;
 use crate::planner::Planner;
@@ -11,7 +11,7 @@ use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_state::Vehicle;
 use pdn_transport::answer::Answer;
-use pdn_transport::directory::{Directory, Knock, unknown_vehicle};
+use pdn_transport::directory::{Directory, UnknownVehicle, unknown_vehicle};
 use pdn_transport::inbox::inbox;
 use pdn_transport::message::{Incoming, Question};
 use pdn_transport::outgoing::{self, Outgoing};
@@ -21,50 +21,51 @@ use std::time::Instant;
 use tokio::sync::{mpsc, oneshot};
 
 /// Makes vehicles, and answers for those that are none.
-pub struct Lobby {
+pub struct Admission {
     session: Session,
     directory: Arc<Directory>,
     planner: Planner,
     stop: Stop,
     settings: Settings,
-    ends: Vec<oneshot::Receiver<bool>>,
+    drained: Vec<oneshot::Receiver<bool>>,
     log: Sparing,
 }
 
-impl Lobby {
-    /// A lobby without guests.
+impl Admission {
+    /// No vehicle is admitted yet.
     pub fn new(
         session: Session,
         directory: Arc<Directory>,
         planner: Planner,
         stop: Stop,
         settings: Settings,
-    ) -> Lobby {
-        Lobby { session, directory, planner, stop, settings, ends: Vec::new(), log: Sparing::new() }
+    ) -> Admission {
+        Admission { session, directory, planner, stop, settings, drained: Vec::new(), log: Sparing::new() }
     }
 
-    /// Serves until it is closed; then gives what tells that each vehicle's thread has finished.
+    /// Admits until it is closed; then gives a receiver for each vehicle's thread, which hears whether all that
+    /// the vehicle had accepted could be finished.
     pub async fn run(
         mut self,
-        mut knocks: mpsc::Receiver<Knock>,
+        mut messages: mpsc::Receiver<UnknownVehicle>,
         mut closed: oneshot::Receiver<()>,
     ) -> Vec<oneshot::Receiver<bool>> {
         loop {
             tokio::select! {
                 biased;
                 _ = &mut closed => break,
-                Some(knock) = knocks.recv() => self.open(knock).await,
+                Some(message) = messages.recv() => self.admit(message).await,
             }
         }
-        knocks.close();
-        while let Some(knock) = knocks.recv().await {
+        messages.close();
+        while let Some(message) = messages.recv().await {
             // The directory is closed by now, and answers so.
-            self.directory.deliver(knock.vehicle, knock.incoming);
+            self.directory.deliver(message.vehicle, message.incoming);
         }
-        self.ends
+        self.drained
     }
 
-    async fn open(&mut self, Knock { vehicle, incoming, .. }: Knock) {
+    async fn admit(&mut self, UnknownVehicle { vehicle, incoming, .. }: UnknownVehicle) {
         if self.directory.find(&vehicle).is_some() {
             return self.directory.deliver(vehicle, incoming);
         }
@@ -83,8 +84,8 @@ impl Lobby {
         let known = self.directory.len() as u64;
         if known >= self.settings.max_vehicles {
             let message = format!(
-                "{known} vehicles have configured missions since the start, which is max_vehicles; raise it and \
-                 start pdnd again to serve \"{id}\""
+                "{known} vehicles have configured missions since the start, which is max_vehicles; raise it \
+                 and start pdnd again to serve \"{id}\""
             );
             return question.answer.refuse(&Problem::new(Code::Limit, message, None));
         }
@@ -96,11 +97,11 @@ impl Lobby {
         if let Err(problem) = vehicle::configure(&mut vehicle, &mut keeper, &question) {
             return question.answer.refuse(&problem);
         }
-        self.welcome(Returned { id, vehicle, keeper }, Some(question.answer)).await;
+        self.spawn(Returned { id, vehicle, keeper }, Some(question.answer)).await;
     }
 
     /// Gives a vehicle its thread; `configured` waits for the answer to the configuration that made it.
-    pub async fn welcome(&mut self, returned: Returned, configured: Option<Answer>) {
+    pub async fn spawn(&mut self, returned: Returned, configured: Option<Answer>) {
         let id = returned.id.clone();
         let outgoing = match Outgoing::open(&self.session, &id, self.settings.outgoing()).await {
             Ok(opened) => opened,
@@ -118,9 +119,9 @@ impl Lobby {
         // Before the configuration is answered: the next command may follow the answer at once.
         self.directory.add(id.clone(), inbox);
         match owner.start(configured) {
-            Ok(end) => {
+            Ok(drained) => {
                 tracing::info!(vehicle = %id, "a vehicle has come");
-                self.ends.push(end);
+                self.drained.push(drained);
             }
             Err(error) => tracing::error!(vehicle = %id, %error, "a vehicle's thread could not be started"),
         }
@@ -128,8 +129,9 @@ impl Lobby {
 
     async fn reject(&mut self, vehicle: &VehicleId, problem: &Problem) {
         if let Some(left_out) = self.log.allow(Instant::now()) {
-            let lost = self.directory.lost_knocks();
-            tracing::warn!(%vehicle, code = problem.code, message = problem.message, left_out, lost, "event refused");
+            let lost = self.directory.dropped_unknown();
+            let Problem { code, message, .. } = problem;
+            tracing::warn!(%vehicle, code, message, left_out, lost, "event refused");
         }
         if let Err(error) = outgoing::reject(&self.session, vehicle, problem).await {
             tracing::warn!(%vehicle, %error, "a refusal could not be published");
