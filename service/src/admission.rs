@@ -1,8 +1,7 @@
 //! Admits vehicles that are not known yet: the first accepted `op/configure` makes one.
 
-use crate::keeper::Keeper;
+use crate::journal_writer::{JournalWriter, JournaledVehicle};
 use crate::planner::Planner;
-use crate::returning::Returned;
 use crate::settings::Settings;
 use crate::stop::Stop;
 use crate::telemetry::Sparing;
@@ -93,16 +92,16 @@ impl Admission {
             Some(_) => Vehicle::kept(id.as_str(), self.settings.limits()),
             None => Vehicle::new(self.settings.limits()),
         };
-        let mut keeper = Keeper::new(id.clone(), &self.settings);
-        if let Err(problem) = vehicle::configure(&mut vehicle, &mut keeper, &question) {
+        let mut journal_writer = JournalWriter::new(id.clone(), &self.settings);
+        if let Err(problem) = vehicle::configure(&mut vehicle, &mut journal_writer, &question) {
             return question.answer.refuse(&problem);
         }
-        self.spawn(Returned { id, vehicle, keeper }, Some(question.answer)).await;
+        self.spawn(JournaledVehicle { id, vehicle, journal_writer }, Some(question.answer)).await;
     }
 
     /// Gives a vehicle its thread; `configured` waits for the answer to the configuration that made it.
-    pub async fn spawn(&mut self, returned: Returned, configured: Option<Answer>) {
-        let id = returned.id.clone();
+    pub async fn spawn(&mut self, vehicle: JournaledVehicle, configured: Option<Answer>) {
+        let id = vehicle.id.clone();
         let outgoing = match Outgoing::open(&self.session, &id, self.settings.outgoing()).await {
             Ok(opened) => opened,
             Err(error) => {
@@ -115,7 +114,7 @@ impl Admission {
         };
         let (inbox, mail) = inbox(self.settings.incoming());
         let (planner, stop) = (self.planner.clone(), self.stop.clone());
-        let owner = Owner::new(returned, mail, outgoing, planner, stop, &self.settings);
+        let owner = Owner::new(vehicle, mail, outgoing, planner, stop, &self.settings);
         // Before the configuration is answered: the next command may follow the answer at once.
         self.directory.add(id.clone(), inbox);
         match owner.start(configured) {

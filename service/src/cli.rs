@@ -178,7 +178,7 @@ fn network(settings: &Settings) -> Network {
 
 fn serve(flags: &Flags) -> Result<(), Failure> {
     let layers = flags.layers(None)?;
-    let settings = layers.settle()?;
+    let settings = layers.resolve()?;
     let zenoh = session::configuration(&network(&settings))?;
     telemetry::start(settings.log_format, &settings.log_level);
     for variable in layers.unknown_variables() {
@@ -200,7 +200,7 @@ fn serve(flags: &Flags) -> Result<(), Failure> {
 }
 
 fn check(flags: &Flags, file: Option<&PathBuf>) -> Result<(), Failure> {
-    let settings = flags.layers(file)?.settle()?;
+    let settings = flags.layers(file)?.resolve()?;
     let zenoh = session::configuration(&network(&settings))?;
     let file = file.or(flags.config.as_ref());
     let what = file.map_or_else(|| "the default settings".to_owned(), |file| file.display().to_string());
@@ -208,7 +208,7 @@ fn check(flags: &Flags, file: Option<&PathBuf>) -> Result<(), Failure> {
 }
 
 fn effective(flags: &Flags) -> Result<(), Failure> {
-    let mut settings = flags.layers(None)?.settle()?;
+    let mut settings = flags.layers(None)?.resolve()?;
     let zenoh = session::configuration(&network(&settings))?;
     settings.listen = session::listens_on(&zenoh);
     settings.connect = session::connects_to(&zenoh);
@@ -218,7 +218,7 @@ fn effective(flags: &Flags) -> Result<(), Failure> {
 }
 
 fn ask_health(flags: &Flags, timeout: Duration) -> Result<(), Failure> {
-    let settings = flags.layers(None)?.settle()?;
+    let settings = flags.layers(None)?.resolve()?;
     let mut network = network(&settings);
     let named = std::mem::take(&mut network.connect);
     let endpoint = match named.first() {

@@ -3,7 +3,7 @@
 
 use crate::admission::Admission;
 use crate::planner::Planner;
-use crate::returning::recover_all;
+use crate::recovery::recover_all;
 use crate::settings::Settings;
 use crate::stop::Stop;
 use pdn_transport::directory::{AdmissionBounds, Directory};
@@ -30,14 +30,14 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
         let settings = settings.clone();
         tokio::task::spawn_blocking(move || recover_all(&settings))
     };
-    let returned = tokio::select! {
-        returned = recovering => returned.map_err(|error| internal("state_dir", &error))?,
+    let recovered = tokio::select! {
+        recovered = recovering => recovered.map_err(|error| internal("state_dir", &error))?,
         cause = signals.next() => {
             tracing::info!(cause, "stopped while journals were read");
             return Ok(true);
         }
     };
-    let returned = returned.map_err(|error| internal("state_dir", &error))?;
+    let recovered = recovered.map_err(|error| internal("state_dir", &error))?;
     let stop = Stop::default();
     let planner = Planner::new(settings.planner_threads(), stop.clone());
     let planner = planner.map_err(|error| internal("planner", &error))?;
@@ -47,8 +47,8 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
     let (close_admission, closed) = oneshot::channel();
     let mut admission =
         Admission::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
-    for returned in returned {
-        admission.spawn(returned, None).await;
+    for recovered in recovered {
+        admission.spawn(recovered, None).await;
     }
     let intake = Intake::open(&session, directory.clone()).await?;
     let admission = tokio::spawn(admission.run(unknown_vehicles, closed));

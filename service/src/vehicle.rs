@@ -21,9 +21,8 @@ mod waiting;
 
 pub use commands::configure;
 
-use crate::keeper::Keeper;
+use crate::journal_writer::{JournalWriter, JournaledVehicle};
 use crate::planner::{Computed, Job, Planner};
-use crate::returning::Returned;
 use crate::settings::{Settings, count};
 use crate::stop::Stop;
 use crate::telemetry::Sparing;
@@ -40,7 +39,7 @@ use pdn_transport::message::Incoming;
 use pdn_transport::outgoing::Outgoing;
 use questions::Asked;
 use std::collections::VecDeque;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, oneshot};
 use waiting::Waiting;
 
@@ -48,7 +47,7 @@ use waiting::Waiting;
 pub struct Owner {
     id: VehicleId,
     vehicle: Vehicle,
-    keeper: Keeper,
+    journal_writer: JournalWriter,
     mail: Mail,
     outgoing: Outgoing,
     planner: Planner,
@@ -72,7 +71,7 @@ pub struct Owner {
 impl Owner {
     /// The owner of a vehicle that has just been configured, or has come back.
     pub fn new(
-        Returned { id, vehicle, keeper }: Returned,
+        JournaledVehicle { id, vehicle, journal_writer }: JournaledVehicle,
         mail: Mail,
         outgoing: Outgoing,
         planner: Planner,
@@ -83,7 +82,7 @@ impl Owner {
         Owner {
             id,
             vehicle,
-            keeper,
+            journal_writer,
             mail,
             outgoing,
             planner,
@@ -145,7 +144,7 @@ impl Owner {
         self.sync();
         self.publish_acknowledgements(self.acknowledgements.all());
         self.publish_state();
-        self.keeper.close(&mut self.vehicle);
+        self.journal_writer.close(&mut self.vehicle);
         if self.turned_away > 0 {
             tracing::warn!(vehicle = %self.id, events = self.turned_away, "no time: events were left to be sent again");
         }
@@ -195,7 +194,7 @@ impl Owner {
                 let _ = finish.send((asked, computed));
             });
         }
-        if self.keeper.is_due(now) {
+        if self.journal_writer.is_due(now) {
             self.sync();
         }
         let due = self.acknowledgements.due(Instant::now());
@@ -208,7 +207,7 @@ impl Owner {
     }
 
     fn next_wake(&self) -> Instant {
-        [self.acknowledgements.next_due(), self.waiting.next_expiry(), self.keeper.next_due()]
+        [self.acknowledgements.next_due(), self.waiting.next_expiry(), self.journal_writer.next_due()]
             .into_iter()
             .flatten()
             .fold(self.state_due, Instant::min)
@@ -217,7 +216,7 @@ impl Owner {
     /// Makes durable what has happened, and has it told.
     fn sync(&mut self) {
         let now = Instant::now();
-        for mission in self.keeper.sync(&mut self.vehicle) {
+        for mission in self.journal_writer.sync(&mut self.vehicle) {
             self.acknowledgements.hasten(&mission, now);
         }
     }
@@ -240,10 +239,4 @@ impl Owner {
             }
         }
     }
-}
-
-/// The daemon's clock, ns since the Unix epoch; for people who read when a phase began, never for a decision.
-pub fn now_ns() -> u64 {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -2,7 +2,7 @@
 //! once more.
 
 use super::{Failure, print};
-use crate::keeper::identity;
+use crate::journal_writer::identity;
 use clap::{Args, ValueEnum};
 use pdn_schemas::codec::{Format, encode};
 use pdn_state::journal::{Journal, JournalError, files};

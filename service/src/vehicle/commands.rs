@@ -1,7 +1,8 @@
 //! Commands: `op/*`. Each is applied at once and answered with the mission as it then stands.
 
-use super::{Owner, now_ns};
-use crate::keeper::Keeper;
+use super::Owner;
+use crate::clock;
+use crate::journal_writer::JournalWriter;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::topics::Topic;
 use pdn_schemas::{Command, MissionConfig};
@@ -11,25 +12,25 @@ use pdn_transport::message::Question;
 use std::collections::BTreeSet;
 
 /// Applies `op/configure`; nothing has changed if it is refused, unless it could not be written any more.
-pub fn configure(vehicle: &mut Vehicle, keeper: &mut Keeper, question: &Question) -> Result<(), Problem> {
+pub fn configure(vehicle: &mut Vehicle, journal_writer: &mut JournalWriter, question: &Question) -> Result<(), Problem> {
     let named = question.parameters.named(question.topic)?;
     let config: MissionConfig = question.payload.decode().map_err(|error| error.problem(None))?;
     if named.text("mission").is_some_and(|mission| mission != config.mission) {
         let message = format!("the parameter names another mission than the payload, \"{}\"", config.mission);
         return Err(Problem::new(Code::Invalid, message, None));
     }
-    let (mission, now_ns) = (config.mission.clone(), now_ns());
+    let (mission, now_ns) = (config.mission.clone(), clock::now_ns());
     let mut prepared = vehicle.prepare(config, now_ns).map_err(|error| error.problem(None))?;
-    keeper.begin(&mut prepared)?;
+    journal_writer.create(&mut prepared)?;
     vehicle.adopt(prepared, now_ns).map_err(|error| error.problem(None))?;
-    keeper.sync(vehicle);
-    keeper.check(&mission, "it was configured anew")
+    journal_writer.sync(vehicle);
+    journal_writer.check(&mission, "it was configured anew")
 }
 
 impl Owner {
     pub(super) fn command(&mut self, question: Question) {
         let done = match question.topic {
-            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.keeper, &question).map(|()| {
+            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.journal_writer, &question).map(|()| {
                 let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
                 self.ahead.keep(|mission| kept.contains(mission));
                 None
@@ -75,13 +76,13 @@ impl Owner {
         };
         let mission = named.text("mission");
         if !operation.is_careful() {
-            self.keeper.demand_writable(&mut self.vehicle, mission)?;
+            self.journal_writer.ensure_writable(&mut self.vehicle, mission)?;
         }
-        let commanded = self.vehicle.command(mission, operation, &reason, now_ns());
+        let commanded = self.vehicle.command(mission, operation, &reason, clock::now_ns());
         let id = commanded.map_err(|error| error.problem(None))?.id().to_owned();
         self.state_changed = true;
         self.sync();
-        self.keeper.check(&id, &format!("op/{name} was done all the same"))?;
+        self.journal_writer.check(&id, &format!("op/{name} was done all the same"))?;
         Ok(mission.map(str::to_owned))
     }
 }

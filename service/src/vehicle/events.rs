@@ -14,7 +14,7 @@ impl Owner {
         let bytes = event.payload.len();
         let (offered, seq) = match (read(event), event.payload.head()) {
             (Ok(event), _) if self.has_no_room_for(&event, bytes) => return self.reject_ahead(event.seq()),
-            (Ok(event), _) if !self.keeper.has_room(event.mission()) => {
+            (Ok(event), _) if !self.journal_writer.has_room(event.mission()) => {
                 return self.reject_unwritten(event.seq());
             }
             (Ok(event), _) => {
@@ -35,7 +35,7 @@ impl Owner {
             self.reject(refusal.problem());
         }
         if self.vehicle.mission(Some(&offered.mission)).is_ok() {
-            self.keeper.note_event(Instant::now());
+            self.journal_writer.note_event(Instant::now());
             self.acknowledgements.note(&offered.mission, Instant::now());
         }
     }

@@ -138,7 +138,7 @@ impl Owner {
     fn begin(&mut self, prepared: Prepared, answer: Answer) {
         let Prepared { mission: id, topic, what, arrived, deadline } = prepared;
         let recorded = matches!(&what, What::Decision(request) if !request.what_if.is_any());
-        if recorded && let Err(problem) = self.keeper.demand_writable(&mut self.vehicle, Some(&id)) {
+        if recorded && let Err(problem) = self.journal_writer.ensure_writable(&mut self.vehicle, Some(&id)) {
             return self.refuse(topic, answer, problem);
         }
         let mission = match self.vehicle.mission(Some(&id)) {

@@ -28,7 +28,7 @@ impl Owner {
     fn conclude_decision(&mut self, asked: Asked, outcome: DecisionOutcome, timing: Timing) {
         // What cannot be recorded is not counted either.
         if asked.recorded
-            && let Err(problem) = self.keeper.demand_writable(&mut self.vehicle, Some(&asked.mission))
+            && let Err(problem) = self.journal_writer.ensure_writable(&mut self.vehicle, Some(&asked.mission))
         {
             return self.refuse(asked.topic, asked.answer, problem);
         }
@@ -42,7 +42,7 @@ impl Owner {
         };
         if asked.recorded {
             self.sync();
-            if let Err(problem) = self.keeper.check(&asked.mission, "the decision is not given") {
+            if let Err(problem) = self.journal_writer.check(&asked.mission, "the decision is not given") {
                 return self.refuse(asked.topic, asked.answer, problem);
             }
         }

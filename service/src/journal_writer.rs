@@ -1,13 +1,15 @@
-//! Keeps the histories of a vehicle's missions, each in its journal: nothing is answered before it is on the disk.
+//! Writes the history of a vehicle's missions, each to its journal: nothing is answered before it is on the disk.
 //!
-//! Commands and decisions are synced at once, events in groups: `durable_seq` follows the last sync. What cannot be
-//! written waits here and is tried again each second. It is bounded: what must be recorded before it is answered is refused,
-//! and so are events beyond [`mission::MAX_WAITING_BYTES`], which a sender that keeps to its 512 under way never reaches.
+//! Commands and decisions are synced at once, events in groups: `durable_seq` follows the last sync. What cannot
+//! be written is pending here, and writing is tried again each second. What is pending is bounded: what must be
+//! recorded before it is answered is refused, and so are events beyond [`mission_journal::MAX_PENDING_BYTES`],
+//! which a sender that keeps to its 512 under way never reaches.
 
-mod mission;
+mod mission_journal;
 
+use crate::clock;
 use crate::settings::{Settings, count};
-use mission::KeptMission;
+use mission_journal::MissionJournal;
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_state::journal::files::Journals;
@@ -18,46 +20,56 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The journals of a vehicle's missions.
-pub struct Keeper {
-    /// None: nothing is kept.
+/// A vehicle's missions, with the writer of their journals.
+pub struct JournaledVehicle {
+    /// Id of the vehicle.
+    pub id: VehicleId,
+    /// Its missions.
+    pub vehicle: Vehicle,
+    /// The writer of their journals.
+    pub journal_writer: JournalWriter,
+}
+
+/// The writer of the journals of a vehicle's missions.
+pub struct JournalWriter {
+    /// None: no history is written.
     journals: Option<Journals>,
     vehicle: VehicleId,
-    missions: BTreeMap<String, KeptMission>,
+    missions: BTreeMap<String, MissionJournal>,
     sync_events: usize,
     sync: Duration,
     /// Events since the last sync, and when the first of them must be durable.
-    open: Option<(usize, Instant)>,
+    unsynced: Option<(usize, Instant)>,
 }
 
-impl Keeper {
-    /// A keeper without journals, for a vehicle below the settings' `state_dir`.
-    pub fn new(vehicle: VehicleId, settings: &Settings) -> Keeper {
-        Keeper {
+impl JournalWriter {
+    /// A writer that has no journal yet, for a vehicle below the settings' `state_dir`.
+    pub fn new(vehicle: VehicleId, settings: &Settings) -> JournalWriter {
+        JournalWriter {
             journals: settings.journals(),
             vehicle,
             missions: BTreeMap::new(),
             sync_events: count(settings.sync_events),
             sync: Duration::from_millis(settings.sync_ms),
-            open: None,
+            unsynced: None,
         }
     }
 
-    /// Goes on with the journal of a mission that has been recovered.
-    pub fn go_on(&mut self, mission: &str, path: PathBuf, journal: Journal) {
-        self.missions.insert(mission.to_owned(), KeptMission::new(path, journal));
+    /// Resumes the journal of a mission that has been recovered.
+    pub fn resume(&mut self, mission: &str, path: PathBuf, journal: Journal) {
+        self.missions.insert(mission.to_owned(), MissionJournal::new(path, journal));
     }
 
-    /// Goes on with a mission whose journal, of so many records, could be read but not be opened for writing.
-    pub fn go_on_later(&mut self, mission: &str, path: PathBuf, records: u64, error: JournalError) {
-        self.missions.insert(mission.to_owned(), KeptMission::unwritable(path, records, error));
+    /// Resumes a journal of so many records that could be read but not be opened for writing.
+    pub fn resume_unwritable(&mut self, mission: &str, path: PathBuf, records: u64, error: JournalError) {
+        self.missions.insert(mission.to_owned(), MissionJournal::unwritable(path, records, error));
     }
 
-    /// Makes the journal of a mission that is about to be adopted.
+    /// Creates the journal of a mission that is about to be adopted.
     ///
     /// # Errors
     /// `not_durable`; nothing may then depend on the mission.
-    pub fn begin(&mut self, prepared: &mut Prepared) -> Result<(), Problem> {
+    pub fn create(&mut self, prepared: &mut Prepared) -> Result<(), Problem> {
         let Some(journals) = &self.journals else { return Ok(()) };
         let (mission, ordinal) = (prepared.mission().to_owned(), prepared.ordinal());
         let records = prepared.take_first_records();
@@ -68,7 +80,7 @@ impl Keeper {
         let header = Header::new(identity(), self.vehicle.as_str(), &mission);
         match journals.create(header, ordinal, &records) {
             Ok(journal) => {
-                self.missions.insert(mission, KeptMission::new(path, journal));
+                self.missions.insert(mission, MissionJournal::new(path, journal));
                 Ok(())
             }
             Err(error) => {
@@ -85,11 +97,11 @@ impl Keeper {
     ///
     /// # Errors
     /// `not_durable` if it still cannot be: what was asked must not be done.
-    pub fn demand_writable(&mut self, vehicle: &mut Vehicle, mission: Option<&str>) -> Result<(), Problem> {
+    pub fn ensure_writable(&mut self, vehicle: &mut Vehicle, mission: Option<&str>) -> Result<(), Problem> {
         let Ok(mission) = vehicle.mission(mission).map(|mission| mission.id().to_owned()) else {
             return Ok(()); // which is told by whoever asks for it
         };
-        if self.missions.get(&mission).is_none_or(|kept| kept.failure().is_none()) {
+        if self.missions.get(&mission).is_none_or(|journal| journal.failure().is_none()) {
             return Ok(());
         }
         self.write(vehicle, Instant::now(), true);
@@ -101,44 +113,42 @@ impl Keeper {
     /// # Errors
     /// `not_durable`; `done` says what has become of what was asked.
     pub fn check(&self, mission: &str, done: &str) -> Result<(), Problem> {
-        let Some((kept, failure)) = self.missions.get(mission).and_then(|kept| Some((kept, kept.failure()?)))
-        else {
-            return Ok(());
-        };
+        let Some(journal) = self.missions.get(mission) else { return Ok(()) };
+        let Some(failure) = journal.failure() else { return Ok(()) };
         let message = format!(
             "the journal {} cannot be written: {failure}; {done}, and writing is tried again each second",
-            kept.path().display()
+            journal.path().display()
         );
         Err(Problem::new(Code::NotDurable, message, None))
     }
 
     /// Whether an event of a mission may come: not if too much of it waits for the disk.
     pub fn has_room(&self, mission: &str) -> bool {
-        self.missions.get(mission).is_none_or(KeptMission::has_room)
+        self.missions.get(mission).is_none_or(MissionJournal::has_room)
     }
 
     /// Notes that an event has come.
     pub fn note_event(&mut self, now: Instant) {
         if self.journals.is_some() {
-            let (events, due) = self.open.unwrap_or((0, now + self.sync));
-            self.open = Some((events + 1, due));
+            let (events, due) = self.unsynced.unwrap_or((0, now + self.sync));
+            self.unsynced = Some((events + 1, due));
         }
     }
 
     /// Whether events must be synced, or a failed writing be tried again.
     pub fn is_due(&self, now: Instant) -> bool {
-        self.open.is_some_and(|(events, due)| events >= self.sync_events || now >= due)
-            || self.missions.values().any(|kept| kept.retry_at().is_some_and(|at| now >= at))
+        self.unsynced.is_some_and(|(events, due)| events >= self.sync_events || now >= due)
+            || self.missions.values().any(|journal| journal.retry_at().is_some_and(|at| now >= at))
     }
 
     /// When that will be by the clock.
     pub fn next_due(&self) -> Option<Instant> {
-        let retries = self.missions.values().filter_map(KeptMission::retry_at);
-        retries.chain(self.open.map(|(_, due)| due)).min()
+        let retries = self.missions.values().filter_map(MissionJournal::retry_at);
+        retries.chain(self.unsynced.map(|(_, due)| due)).min()
     }
 
     /// Writes and syncs all that has happened. Returns the missions of which more is durable now; what cannot be
-    /// written waits, and the mission's health tells why.
+    /// written is pending, and the mission's health tells why.
     pub fn sync(&mut self, vehicle: &mut Vehicle) -> Vec<String> {
         self.write(vehicle, Instant::now(), false)
     }
@@ -146,52 +156,53 @@ impl Keeper {
     /// Writes the last, and checkpoints.
     pub fn close(&mut self, vehicle: &mut Vehicle) {
         self.write(vehicle, Instant::now(), true);
-        for (id, kept) in &mut self.missions {
+        for (id, journal) in &mut self.missions {
             if let Ok(mission) = vehicle.mission(Some(id)) {
-                kept.keep_checkpoint(mission);
+                journal.write_checkpoint(mission);
             }
         }
     }
 
     fn write(&mut self, vehicle: &mut Vehicle, now: Instant, at_once: bool) -> Vec<String> {
-        self.open = None;
+        self.unsynced = None;
         if self.journals.is_none() {
             return Vec::new();
         }
         for unwritten in vehicle.take_unwritten() {
             match self.missions.get_mut(&unwritten.mission) {
-                Some(kept) => kept.add(unwritten),
+                Some(journal) => journal.push(unwritten),
                 None => tracing::error!(mission = unwritten.mission, "a mission has no journal"),
             }
         }
         let mut durable = Vec::new();
-        for (id, kept) in &mut self.missions {
-            let had_failed = kept.failure().is_some();
-            if kept.is_written() || (had_failed && !at_once && kept.retry_at().is_some_and(|at| now < at)) {
+        for (id, journal) in &mut self.missions {
+            let had_failed = journal.failure().is_some();
+            let waits = had_failed && !at_once && journal.retry_at().is_some_and(|at| now < at);
+            if journal.is_written() || waits {
                 continue;
             }
-            kept.write(now);
-            // A mission that is forgotten by now has nobody to be told.
+            journal.write(now);
+            // A mission that the vehicle no longer holds has nobody to be told.
             if let Ok(mission) = vehicle.mission(Some(id)) {
-                tell(kept, mission, had_failed);
-                kept.follow(mission);
+                report(journal, mission, had_failed);
+                journal.write_checkpoint_if_due(mission);
             }
-            if kept.failure().is_none() {
+            if journal.failure().is_none() {
                 durable.push(id.clone());
             }
         }
-        let is_kept = |id: &String| vehicle.mission_ids().any(|known| known == id);
-        self.missions.retain(|id, kept| !kept.is_written() || is_kept(id));
+        let is_held = |id: &String| vehicle.mission_ids().any(|held| held == id);
+        self.missions.retain(|id, journal| !journal.is_written() || is_held(id));
         durable
     }
 }
 
-/// Tells the mission how far it is durable, and in its health what is wrong.
-fn tell(kept: &KeptMission, mission: &mut Mission, had_failed: bool) {
-    let path = kept.path().display();
-    match kept.failure() {
+/// Reports to the mission how far it is durable, and in its health what is wrong.
+fn report(journal: &MissionJournal, mission: &mut Mission, had_failed: bool) {
+    let path = journal.path().display();
+    match journal.failure() {
         None => {
-            mission.set_durable(kept.next_seq());
+            mission.set_durable(journal.next_seq());
             if had_failed {
                 tracing::info!(mission = mission.id(), journal = %path, "the journal is written again");
                 mission.set_concern("journal", None);
@@ -199,7 +210,8 @@ fn tell(kept: &KeptMission, mission: &mut Mission, had_failed: bool) {
         }
         Some(error) => {
             if !had_failed {
-                tracing::error!(mission = mission.id(), journal = %path, %error, "the journal cannot be written");
+                let mission = mission.id();
+                tracing::error!(mission, journal = %path, %error, "the journal cannot be written");
             }
             let finding = format!(
                 "the journal {path} cannot be written: {error}; what has come since is lost if pdnd ends now"
@@ -209,11 +221,8 @@ fn tell(kept: &KeptMission, mission: &mut Mission, had_failed: bool) {
     }
 }
 
-/// A number that no other journal has.
+/// A number that no other journal has. Without a source of chance the clock has to do: it need only differ from
+/// that of the journals beside it.
 pub fn identity() -> u64 {
-    getrandom::u64().unwrap_or_else(|_| {
-        // Without a source of chance the clock has to do: a journal's identity need only differ from its neighbours'.
-        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-        u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
-    })
+    getrandom::u64().unwrap_or_else(|_| clock::now_ns())
 }
