@@ -111,7 +111,8 @@ fn a_configuration_may_leave_out_what_has_a_default() {
 
 #[test]
 fn a_configuration_can_be_toml() {
-    let text = "mission = 'm'\nalpha = 0.5\n[[target.facets]]\norigin = [0, 0, 10]\nu = [1, 0, 0]\nv = [0, 1, 0]\n\
+    let text = "mission = 'm'\nalpha = 0.5\n[[target.facets]]\norigin = [0, 0, 10]\n\
+                u = [1, 0, 0]\nv = [0, 1, 0]\n\
                 length_u_m = 40\nlength_v_m = 20\n[robust]\ncamera = { huber = 1.345 }\nposition = 'none'\n";
     let config: MissionConfig = toml::from_str(text).unwrap();
     assert_eq!(config.alpha, 0.5);

@@ -10,7 +10,8 @@ const BYTES: &str = "application/octet-stream";
 const BINCODE: &str = "+bincode";
 
 /// The encoding of a message: `application/json`, or
-/// `application/octet-stream;pdn.v1.Keyframe+bincode#0123456789abcdef`, as Zenoh writes an encoding with a schema.
+/// `application/octet-stream;pdn.v1.Keyframe+bincode#0123456789abcdef`, as Zenoh writes an encoding with a
+/// schema.
 pub fn encoding<T: Message>(format: Format) -> String {
     match format {
         Format::Json => JSON.to_owned(),

@@ -18,7 +18,10 @@ pub struct Layers {
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SettingsError {
-    #[error("cannot read the settings file {path}: {cause}. Name an existing file with --config or PDN_CONFIG.", path = .path.display())]
+    #[error(
+        "cannot read the settings file {path}: {cause}. Name an existing file with --config or PDN_CONFIG.",
+        path = .path.display()
+    )]
     Unreadable { path: PathBuf, cause: std::io::Error },
     #[error("{path} is not TOML: {cause}", path = .path.display())]
     NotToml { path: PathBuf, cause: toml::de::Error },

@@ -1,5 +1,5 @@
-//! All that the types tell of themselves: layouts by `serde-reflection`; docs, defaults and required fields by
-//! `schemars`.
+//! All that the types tell of themselves: layouts by `serde-reflection`; docs, defaults and required fields
+//! by `schemars`.
 
 use crate::files::root;
 use pdn_schemas::codec::{Message, MessageVisitor, visit_messages};
@@ -182,9 +182,9 @@ impl Contract {
             return Ok(());
         }
         Err(format!(
-            "the released layouts of {} have changed ({HISTORY}): clients in the field would be refused. Give the \
-             new layout another name or the contract another version; if {VERSION} is not released yet: \
-             cargo run --release -p pdn-schemas -- release",
+            "the released layouts of {} have changed ({HISTORY}): clients in the field would be refused. \
+             Give the new layout another name or the contract another version; if {VERSION} is not released \
+             yet: cargo run --release -p pdn-schemas -- release",
             changed.join(", ")
         ))
     }
