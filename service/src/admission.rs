@@ -3,15 +3,15 @@
 use crate::journal_writer::{JournalWriter, JournaledVehicle};
 use crate::planner::Planner;
 use crate::settings::Settings;
-use crate::stop::Stop;
-use crate::telemetry::Sparing;
+use crate::shutdown::ShutdownDeadline;
+use crate::telemetry::LogRateLimiter;
 use crate::vehicle::{self, Owner};
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_state::Vehicle;
 use pdn_transport::answer::Answer;
 use pdn_transport::directory::{Directory, UnknownVehicle, unknown_vehicle};
-use pdn_transport::inbox::inbox;
+use pdn_transport::inbox;
 use pdn_transport::message::{Incoming, Question};
 use pdn_transport::outgoing::{self, Outgoing};
 use pdn_transport::session::Session;
@@ -24,10 +24,10 @@ pub struct Admission {
     session: Session,
     directory: Arc<Directory>,
     planner: Planner,
-    stop: Stop,
+    shutdown: ShutdownDeadline,
     settings: Settings,
     drained: Vec<oneshot::Receiver<bool>>,
-    log: Sparing,
+    log: LogRateLimiter,
 }
 
 impl Admission {
@@ -36,14 +36,15 @@ impl Admission {
         session: Session,
         directory: Arc<Directory>,
         planner: Planner,
-        stop: Stop,
+        shutdown: ShutdownDeadline,
         settings: Settings,
     ) -> Admission {
-        Admission { session, directory, planner, stop, settings, drained: Vec::new(), log: Sparing::new() }
+        let log = LogRateLimiter::new();
+        Admission { session, directory, planner, shutdown, settings, drained: Vec::new(), log }
     }
 
-    /// Admits until it is closed; then gives a receiver for each vehicle's thread, which hears whether all that
-    /// the vehicle had accepted could be finished.
+    /// Admits until it is closed; then gives a receiver for each vehicle's thread, which hears whether all
+    /// that the vehicle had accepted could be finished.
     pub async fn run(
         mut self,
         mut messages: mpsc::Receiver<UnknownVehicle>,
@@ -75,7 +76,7 @@ impl Admission {
                 let problem = Problem { seq, ..unknown_vehicle(&vehicle) };
                 self.reject(&vehicle, &problem).await;
             }
-            Incoming::Stray(problem) => self.reject(&vehicle, &problem).await,
+            Incoming::Unroutable(problem) => self.reject(&vehicle, &problem).await,
         }
     }
 
@@ -112,9 +113,9 @@ impl Admission {
                 return;
             }
         };
-        let (inbox, mail) = inbox(self.settings.incoming());
-        let (planner, stop) = (self.planner.clone(), self.stop.clone());
-        let owner = Owner::new(vehicle, mail, outgoing, planner, stop, &self.settings);
+        let (inbox, receiver) = inbox::channel(self.settings.incoming());
+        let (planner, shutdown) = (self.planner.clone(), self.shutdown.clone());
+        let owner = Owner::new(vehicle, receiver, outgoing, planner, shutdown, &self.settings);
         // Before the configuration is answered: the next command may follow the answer at once.
         self.directory.add(id.clone(), inbox);
         match owner.start(configured) {

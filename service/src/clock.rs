@@ -2,8 +2,8 @@
 
 use std::time::SystemTime;
 
-/// Time since the Unix epoch, ns; 0 if the clock stands before it. It tells people when something happened and
-/// decides nothing.
+/// Time since the Unix epoch, ns; 0 if the clock stands before it. It tells people when something happened
+/// and decides nothing.
 #[allow(clippy::disallowed_methods, reason = "the one place that reads the wall clock")]
 pub fn now_ns() -> u64 {
     let since_epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();

@@ -1,9 +1,10 @@
-//! Writes the history of a vehicle's missions, each to its journal: nothing is answered before it is on the disk.
+//! Writes the history of a vehicle's missions, each to its journal: nothing is answered before it is on the
+//! disk.
 //!
-//! Commands and decisions are synced at once, events in groups: `durable_seq` follows the last sync. What cannot
-//! be written is pending here, and writing is tried again each second. What is pending is bounded: what must be
-//! recorded before it is answered is refused, and so are events beyond [`mission_journal::MAX_PENDING_BYTES`],
-//! which a sender that keeps to its 512 under way never reaches.
+//! Commands and decisions are synced at once, events in groups: `durable_seq` follows the last sync. What
+//! cannot be written is pending here, and writing is tried again each second. What is pending is bounded:
+//! what must be recorded before it is answered is refused, and so are events beyond
+//! [`mission_journal::MAX_PENDING_BYTES`], which a sender that keeps to its 512 under way never reaches.
 
 mod mission_journal;
 
@@ -147,8 +148,8 @@ impl JournalWriter {
         retries.chain(self.unsynced.map(|(_, due)| due)).min()
     }
 
-    /// Writes and syncs all that has happened. Returns the missions of which more is durable now; what cannot be
-    /// written is pending, and the mission's health tells why.
+    /// Writes and syncs all that has happened. Returns the missions of which more is durable now; what cannot
+    /// be written is pending, and the mission's health tells why.
     pub fn sync(&mut self, vehicle: &mut Vehicle) -> Vec<String> {
         self.write(vehicle, Instant::now(), false)
     }
@@ -221,8 +222,8 @@ fn report(journal: &MissionJournal, mission: &mut Mission, had_failed: bool) {
     }
 }
 
-/// A number that no other journal has. Without a source of chance the clock has to do: it need only differ from
-/// that of the journals beside it.
+/// A number that no other journal has. Without a source of chance the clock has to do: it need only differ
+/// from that of the journals beside it.
 pub fn identity() -> u64 {
     getrandom::u64().unwrap_or_else(|_| clock::now_ns())
 }

@@ -10,8 +10,8 @@ use pdn_state::recovery::{Recovered, recover_from};
 use pdn_state::{Absence, Mission, StateError, Vehicle, lifecycle};
 use std::time::Instant;
 
-/// Recovers every vehicle below `state_dir`, in the order of their ids. Of each the latest `max_missions` missions
-/// come back; one whose journal cannot be read is told, and the others go on.
+/// Recovers every vehicle below `state_dir`, in the order of their ids. Of each the latest `max_missions`
+/// missions come back; one whose journal cannot be read is told, and the others go on.
 ///
 /// # Errors
 /// What the disk says of the directories.
@@ -30,7 +30,8 @@ pub fn recover_all(settings: &Settings) -> Result<Vec<JournaledVehicle>, Journal
     Ok(all)
 }
 
-/// Recovers the missions of one vehicle. One whose journal cannot be read is absent, and its health tells why.
+/// Recovers the missions of one vehicle. One whose journal cannot be read is absent, and its health tells
+/// why.
 fn recover_vehicle(id: VehicleId, missions: &[Kept], settings: &Settings) -> JournaledVehicle {
     let limits = settings.limits();
     let vehicle = Vehicle::kept(id.as_str(), limits);

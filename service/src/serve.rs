@@ -5,7 +5,7 @@ use crate::admission::Admission;
 use crate::planner::Planner;
 use crate::recovery::recover_all;
 use crate::settings::Settings;
-use crate::stop::Stop;
+use crate::shutdown::ShutdownDeadline;
 use pdn_transport::directory::{AdmissionBounds, Directory};
 use pdn_transport::intake::{Intake, declare_ready};
 use pdn_transport::session::{self, Config, SessionError};
@@ -38,15 +38,20 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
         }
     };
     let recovered = recovered.map_err(|error| internal("state_dir", &error))?;
-    let stop = Stop::default();
-    let planner = Planner::new(settings.planner_threads(), stop.clone());
+    let shutdown = ShutdownDeadline::default();
+    let planner = Planner::new(settings.planner_threads(), shutdown.clone());
     let planner = planner.map_err(|error| internal("planner", &error))?;
     let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
     let (directory, unknown_vehicles) = Directory::new(ADMISSION);
     let directory = Arc::new(directory);
     let (close_admission, closed) = oneshot::channel();
-    let mut admission =
-        Admission::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
+    let mut admission = Admission::new(
+        session.clone(),
+        directory.clone(),
+        planner.clone(),
+        shutdown.clone(),
+        settings.clone(),
+    );
     for recovered in recovered {
         admission.spawn(recovered, None).await;
     }
@@ -67,7 +72,7 @@ pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionEr
     let drain = Duration::from_millis(settings.drain_ms);
     tracing::info!(cause, drain_ms = settings.drain_ms, vehicles = directory.len(), "stopping");
     let leave = LEAVE.min(drain / 4);
-    stop.at(Instant::now() + (drain - leave) * 3 / 4);
+    shutdown.set(Instant::now() + (drain - leave) * 3 / 4);
     if let Err(error) = ready.undeclare().await {
         tracing::warn!(%error, "the readiness token could not be taken back");
     }

@@ -1,7 +1,7 @@
 //! Every setting of the daemon: its name, default, unit and range.
 //!
-//! Four layers, the later wins: the defaults here, a file (`--config`), the environment (`PDN_<NAME>`), flags.
-//! What a mission is stands elsewhere: it comes with `op/configure`.
+//! Four layers, the later wins: the defaults here, a file (`--config`), the environment (`PDN_<NAME>`),
+//! flags. What a mission is stands elsewhere: it comes with `op/configure`.
 
 mod layers;
 mod list;

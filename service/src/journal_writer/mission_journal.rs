@@ -30,7 +30,8 @@ pub struct MissionJournal {
     pending_bytes: usize,
     next_seq: u64,
     last: bool,
-    /// Records when this process last wrote a checkpoint; one that it recovered from may be old or passed over.
+    /// Records when this process last wrote a checkpoint; one that it recovered from may be old or passed
+    /// over.
     checkpoint_at: u64,
     failure: Option<(JournalError, Instant)>,
 }
@@ -109,8 +110,8 @@ impl MissionJournal {
     fn try_to_write(&mut self) -> Result<(), JournalError> {
         if self.journal.is_none() {
             let journal = files::open(&self.path)?;
-            // What the failed writing has brought to the disk all the same is not written twice. Anything else is
-            // not the file that this mission was written to.
+            // What the failed writing has brought to the disk all the same is not written twice. Anything
+            // else is not the file that this mission was written to.
             let written = journal.len().checked_sub(self.durable).map(|written| written as usize);
             let written = written.filter(|&written| written <= self.pending.len()).ok_or_else(|| {
                 let what = format!("it has {} records where {} were written", journal.len(), self.durable);

@@ -4,6 +4,7 @@ use super::Owner;
 use crate::clock;
 use crate::journal_writer::JournalWriter;
 use pdn_schemas::problem::{Code, Problem};
+use pdn_schemas::reply::MissionState;
 use pdn_schemas::topics::Topic;
 use pdn_schemas::{Command, MissionConfig};
 use pdn_state::{Operation, Vehicle};
@@ -12,10 +13,14 @@ use pdn_transport::message::Question;
 use std::collections::BTreeSet;
 
 /// Applies `op/configure`; nothing has changed if it is refused, unless it could not be written any more.
-pub fn configure(vehicle: &mut Vehicle, journal_writer: &mut JournalWriter, question: &Question) -> Result<(), Problem> {
-    let named = question.parameters.named(question.topic)?;
+pub fn configure(
+    vehicle: &mut Vehicle,
+    journal_writer: &mut JournalWriter,
+    question: &Question,
+) -> Result<(), Problem> {
+    let parameters = question.parameters.parse(question.topic)?;
     let config: MissionConfig = question.payload.decode().map_err(|error| error.problem(None))?;
-    if named.text("mission").is_some_and(|mission| mission != config.mission) {
+    if parameters.text("mission").is_some_and(|mission| mission != config.mission) {
         let message = format!("the parameter names another mission than the payload, \"{}\"", config.mission);
         return Err(Problem::new(Code::Invalid, message, None));
     }
@@ -28,33 +33,34 @@ pub fn configure(vehicle: &mut Vehicle, journal_writer: &mut JournalWriter, ques
 }
 
 impl Owner {
-    pub(super) fn command(&mut self, question: Question) {
+    pub(super) fn take_command(&mut self, question: Question) {
         let done = match question.topic {
-            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.journal_writer, &question).map(|()| {
-                let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
-                self.ahead.keep(|mission| kept.contains(mission));
-                None
-            }),
+            Topic::OpConfigure => {
+                configure(&mut self.vehicle, &mut self.journal_writer, &question).map(|()| {
+                    let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
+                    self.ahead.keep(|mission| kept.contains(mission));
+                    None
+                })
+            }
             _ => self.operate(&question),
         };
         match done {
             Ok(mission) => self.answer_with_state(question.answer, mission.as_deref()),
             Err(problem) => {
-                let command = question.topic.suffix();
-                tracing::warn!(vehicle = %self.id, command, code = problem.code, "command refused: {}", problem.message);
+                let (command, Problem { code, message, .. }) = (question.topic.suffix(), &problem);
+                tracing::warn!(vehicle = %self.id, command, code, "command refused: {message}");
                 self.outgoing.refuse(question.answer, problem);
             }
         }
     }
 
-    /// Answers a command that has been applied to a mission, the current one if none is named, and tells everyone.
+    /// Answers a command that has been applied to a mission, the current one if none is named, and tells
+    /// everyone.
     pub(super) fn answer_with_state(&mut self, answer: Answer, mission: Option<&str>) {
-        let state =
-            self.vehicle.mission(mission).map(|mission| mission.state()).map_err(|error| error.problem(None));
-        if let Ok(state) = &state {
-            tracing::info!(
-                vehicle = %self.id, mission = state.mission, phase = ?state.phase, reason = state.reason, "phase"
-            );
+        let state = self.vehicle.mission(mission).map(|mission| mission.state());
+        let state = state.map_err(|error| error.problem(None));
+        if let Ok(MissionState { mission, phase, reason, .. }) = &state {
+            tracing::info!(vehicle = %self.id, mission, ?phase, reason, "phase");
         }
         self.state_changed = true;
         self.outgoing.answer(answer, state);
@@ -67,14 +73,14 @@ impl Owner {
             let message = format!("op/{name} is not a command of this version");
             return Err(Problem::new(Code::Unsupported, message, None));
         };
-        let named = question.parameters.named(question.topic)?;
+        let parameters = question.parameters.parse(question.topic)?;
         // A command without a payload has no reason to tell.
         let reason = if question.payload.is_empty() {
             String::new()
         } else {
             question.payload.decode::<Command>().map_err(|error| error.problem(None))?.reason
         };
-        let mission = named.text("mission");
+        let mission = parameters.text("mission");
         if !operation.is_careful() {
             self.journal_writer.ensure_writable(&mut self.vehicle, mission)?;
         }

@@ -88,7 +88,7 @@ impl Directory {
             match inboxes.as_ref() {
                 None => Some((Box::new(incoming), not_ready())),
                 Some(inboxes) => match inboxes.get(&vehicle) {
-                    Some(inbox) => inbox.offer(incoming).err().map(|(incoming, why)| match why {
+                    Some(inbox) => inbox.try_send(incoming).err().map(|(incoming, why)| match why {
                         Refused::Full(bound) => (incoming, overloaded(&vehicle, bound)),
                         Refused::Closed => (incoming, not_ready()),
                         Refused::Gone => (incoming, gone(&vehicle)),
@@ -118,7 +118,7 @@ impl Directory {
                 let problem = unknown_vehicle(&vehicle);
                 return Some((Box::new(incoming), problem));
             }
-            Incoming::Event(event) => event.payload.keep_head(),
+            Incoming::Event(event) => event.payload.truncate_to_head(),
             _ => {}
         }
         let bytes = u32::try_from(incoming.bytes()).unwrap_or(u32::MAX);

@@ -1,19 +1,21 @@
-//! The threads that send a vehicle's answers. Each answer goes to one client, which may not read it, so there are as
-//! many threads as answers that wait for their clients, and one more: no client's answer waits for another's.
+//! The threads that send a vehicle's answers. Each answer goes to one client, which may not read it, so there
+//! are as many threads as answers that wait for their clients, and one more: no client's answer waits for
+//! another's. The queue is bounded by the answers that there can be, each of which holds a permit of the
+//! inbox.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// A thread without work ends after this time.
-const LINGER: Duration = Duration::from_secs(5);
+const KEEP_ALIVE: Duration = Duration::from_secs(5);
 
 /// Writes an answer and sends it.
 pub type SendAnswer = Box<dyn FnOnce() + Send>;
 
-/// The way to these threads. They end once it is dropped and all is sent.
+/// The pool of these threads. They end once it is dropped and all is sent.
 #[derive(Debug)]
-pub struct Answering(Arc<Shared>);
+pub struct AnswerPool(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -25,24 +27,24 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    waiting: VecDeque<SendAnswer>,
+    queue: VecDeque<SendAnswer>,
     threads: usize,
     idle: usize,
     closed: bool,
 }
 
-impl Answering {
+impl AnswerPool {
     /// No thread yet; there will be at most `max_threads`, with that name.
-    pub fn new(name: String, max_threads: usize) -> Answering {
+    pub fn new(name: String, max_threads: usize) -> AnswerPool {
         let max_threads = max_threads.max(1);
-        Answering(Arc::new(Shared { name, max_threads, state: Mutex::default(), changed: Condvar::new() }))
+        AnswerPool(Arc::new(Shared { name, max_threads, state: Mutex::default(), changed: Condvar::new() }))
     }
 
     /// Has an answer sent.
     pub fn send(&self, answer: SendAnswer) {
         let mut state = self.0.state();
-        state.waiting.push_back(answer);
-        if state.idle < state.waiting.len() && state.threads < self.0.max_threads {
+        state.queue.push_back(answer);
+        if state.idle < state.queue.len() && state.threads < self.0.max_threads {
             let shared = self.0.clone();
             match std::thread::Builder::new().name(self.0.name.clone()).spawn(move || shared.run()) {
                 Ok(_) => state.threads += 1,
@@ -52,7 +54,7 @@ impl Answering {
                 Err(error) => {
                     // Here, rather than never.
                     tracing::warn!(%error, "no thread for answers");
-                    let answer = state.waiting.pop_back();
+                    let answer = state.queue.pop_back();
                     drop(state);
                     return answer.into_iter().for_each(|send| send());
                 }
@@ -73,7 +75,7 @@ impl Answering {
     }
 }
 
-impl Drop for Answering {
+impl Drop for AnswerPool {
     fn drop(&mut self) {
         self.0.state().closed = true;
         self.0.changed.notify_all();
@@ -87,7 +89,7 @@ impl Shared {
     }
 
     fn run(&self) {
-        let _leaving = Leaving(self);
+        let _counted = ThreadCount(self);
         while let Some(send) = self.next() {
             send();
         }
@@ -96,7 +98,7 @@ impl Shared {
     fn next(&self) -> Option<SendAnswer> {
         let mut state = self.state();
         loop {
-            if let Some(answer) = state.waiting.pop_front() {
+            if let Some(answer) = state.queue.pop_front() {
                 return Some(answer);
             }
             if state.closed {
@@ -104,10 +106,10 @@ impl Shared {
             }
             state.idle += 1;
             let (again, waited) =
-                self.changed.wait_timeout(state, LINGER).unwrap_or_else(PoisonError::into_inner);
+                self.changed.wait_timeout(state, KEEP_ALIVE).unwrap_or_else(PoisonError::into_inner);
             state = again;
             state.idle -= 1;
-            if waited.timed_out() && state.waiting.is_empty() {
+            if waited.timed_out() && state.queue.is_empty() {
                 return None;
             }
         }
@@ -115,9 +117,9 @@ impl Shared {
 }
 
 /// Counts a thread out, also one that has failed.
-struct Leaving<'a>(&'a Shared);
+struct ThreadCount<'a>(&'a Shared);
 
-impl Drop for Leaving<'_> {
+impl Drop for ThreadCount<'_> {
     fn drop(&mut self) {
         self.0.state().threads -= 1;
         self.0.changed.notify_all();
@@ -126,47 +128,47 @@ impl Drop for Leaving<'_> {
 
 impl std::fmt::Debug for State {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "{} answers wait, {} threads, {} idle", self.waiting.len(), self.threads, self.idle)
+        write!(f, "{} answers wait, {} threads, {} idle", self.queue.len(), self.threads, self.idle)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::mpsc::channel;
+    use std::sync::mpsc::sync_channel;
 
     const BOUND: Duration = Duration::from_secs(60);
 
     #[test]
     fn an_answer_does_not_wait_for_those_that_are_not_read() {
-        let answering = Answering::new("answer test".to_owned(), 4);
-        let (read, blocked) = channel::<()>();
+        let pool = AnswerPool::new("answer test".to_owned(), 4);
+        let (read, blocked) = sync_channel::<()>(0);
         let blocked = Arc::new(Mutex::new(blocked));
         for _ in 0..3 {
             let blocked = blocked.clone();
             // Ends when the client reads, that is with `read`.
-            answering.send(Box::new(move || assert!(blocked.lock().unwrap().recv().is_err())));
+            pool.send(Box::new(move || assert!(blocked.lock().unwrap().recv().is_err())));
         }
-        let (sent, heard) = channel();
-        answering.send(Box::new(move || sent.send("sent").unwrap()));
+        let (sent, heard) = sync_channel(1);
+        pool.send(Box::new(move || sent.send("sent").unwrap()));
         assert_eq!(heard.recv_timeout(BOUND), Ok("sent"));
         drop(read);
-        answering.finish();
+        pool.finish();
     }
 
     #[test]
     fn all_is_sent_by_few_threads_and_a_fault_ends_only_its_own() {
-        let answering = Answering::new("answer test".to_owned(), 2);
-        let (sent, heard) = channel();
+        let pool = AnswerPool::new("answer test".to_owned(), 2);
+        let (sent, heard) = sync_channel(100);
         for number in 0..100 {
             let sent = sent.clone();
-            answering.send(Box::new(move || {
+            pool.send(Box::new(move || {
                 assert_ne!(number, 50, "a fault on purpose");
                 sent.send(number).unwrap();
             }));
         }
         drop(sent);
-        answering.finish();
+        pool.finish();
         assert_eq!(heard.iter().count(), 99);
     }
 }
