@@ -1,5 +1,7 @@
 //! A mission that comes back from a checkpoint is the one that comes back from the whole journal, bit for bit.
 
+#![allow(clippy::disallowed_methods, reason = "the time of a restart is measured")]
+
 mod support;
 
 use pdn_schemas::event::FactorKind;
