@@ -96,7 +96,8 @@ fn a_configuration_may_leave_out_what_has_a_default() {
     let golden = include_bytes!("../generated/golden/MissionConfig-default.json");
     assert_eq!(decode::<MissionConfig>(golden, Format::Json).as_ref(), Ok(&config));
     let partly = format!(
-        r#"{{"mission":"m","target":{{"facets":[{facet}]}},"allowable":{{"x_m":0.5}},"camera":{{"max_range_m":9}},
+        r#"{{"mission":"m","target":{{"facets":[{facet}]}},
+            "allowable":{{"x_m":0.5}},"camera":{{"max_range_m":9}},
             "robust":{{"camera":"none"}},"planner":{{"max_links":2}},"first_keyframe_sigmas":null}}"#
     );
     let partly: MissionConfig = decode(partly.as_bytes(), Format::Json).unwrap();

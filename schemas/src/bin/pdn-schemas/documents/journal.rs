@@ -44,12 +44,12 @@ const RULES: &str = "\
   others or change nothing; the first are compared when a journal is read, and a difference is told.
 - At its start pdnd recovers every journal; a mission that was under way is `held` until someone resumes.
   Records that a crash left written but not committed are taken over if they are whole and follow on the last.
-- A journal that is damaged, of another format or with other layouts is left as it is and told, with the number
-  of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to a new
-  file.
-- Beside a journal may lie `<number>-<mission>.checkpoint`: what has been solved for, so that a restart need not
-  solve again. It names the journal, the record and the CRC before it; one that does not fit is passed over, with
-  the same outcome. It may be removed.
+- A journal that is damaged, of another format or with other layouts is left as it is and told, with the
+  number of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to
+  a new file.
+- Beside a journal may lie `<number>-<mission>.checkpoint`: what has been solved for, so that a restart need
+  not solve again. It names the journal, the record and the CRC before it; one that does not fit is passed
+  over, with the same outcome. It may be removed.
 - `pdnd journal FILE` tells what a journal says, `--json` record by record; `pdnd replay FILE` takes its
   decisions again. Neither changes the file. While a daemon has it open only a copy can be read.
 ";
