@@ -1,4 +1,4 @@
-"""Asking the planner with this library's time-outs: what questions and commands have in common."""
+"""Requests to the planner with this library's time-outs: what questions and commands have in common."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from .link import ANSWER_MARGIN_S, Link
 M = TypeVar("M")
 
 
-class Asking:
-    """One vehicle's link, and how long its owner waits for answers."""
+class Requester:
+    """One vehicle's link, and how long its owner waits for replies."""
 
     def __init__(self, link: Link, timeout_s: float) -> None:
         self.timeout_s = timeout_s
@@ -28,14 +28,15 @@ class Asking:
         deadline_ms: int | None = None,
         **parameters: object,
     ) -> M:
-        patience_s = self._patience(timeout_s)
+        """A question: the planner is told by when to answer, shortly before the time-out."""
+        wait_s = self._timeout_s(timeout_s)
         if deadline_ms is None:
-            deadline_ms = max(1, round(1000.0 * max(patience_s - ANSWER_MARGIN_S, 0.5 * patience_s)))
+            deadline_ms = max(1, round(1000.0 * max(wait_s - ANSWER_MARGIN_S, 0.5 * wait_s)))
         else:
-            patience_s = max(patience_s, 0.001 * deadline_ms + ANSWER_MARGIN_S)
-        return self._send(topic, message, kind, patience_s, deadline_ms=deadline_ms, **parameters)
+            wait_s = max(wait_s, 0.001 * deadline_ms + ANSWER_MARGIN_S)
+        return self._request(topic, message, kind, wait_s, deadline_ms=deadline_ms, **parameters)
 
-    def _send(
+    def _request(
         self,
         topic: wire.Topic,
         message: object | None,
@@ -47,11 +48,11 @@ class Asking:
         return self._link.ask(
             topic,
             kind,
-            self._patience(timeout_s),
+            self._timeout_s(timeout_s),
             payload=None if message is None else wire.encode(message, form),
             encoding=None if message is None else wire.encoding(type(message), form),
             parameters=parameters,
         )
 
-    def _patience(self, timeout_s: float | None) -> float:
+    def _timeout_s(self, timeout_s: float | None) -> float:
         return self.timeout_s if timeout_s is None else timeout_s
