@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pdn.client import patience as patience_module
+from pdn.client import backoff as backoff_module
 from pdn.client import sender as sender_module
 from pdn.client.errors import (
     EventsRefused,
@@ -148,7 +148,7 @@ def expected(count: int) -> list[bytes]:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A tenth of the real time-outs, so that the tests take a second."""
-    monkeypatch.setattr(patience_module, "STALL_S", 0.075)
+    monkeypatch.setattr(backoff_module, "STALL_S", 0.075)
     monkeypatch.setattr(sender_module, "LATE_REASONS_S", 0.1)
 
 

@@ -19,6 +19,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from .backoff import STALL_LAST_S, STALL_S, Backoff
 from .errors import (
     BadReply,
     MissionLost,
@@ -32,7 +33,6 @@ from .errors import (
 )
 from .outbox import WINDOW, Entry, Outbox
 from .outbox_file import OutboxFile
-from .patience import STALL_LAST_S, STALL_S, Patience
 from .planner_side import Link, Status
 from .refusals import FINAL, OnRejected, Refusals
 from .resuming import resumed
@@ -83,7 +83,7 @@ class Sender:
         self._planner_present = True
         self._resync_wanted = False
         self._closing = False
-        self._patience = Patience(time.monotonic())
+        self._backoff = Backoff(time.monotonic())
         self._changed = threading.Condition()
         self._news: queue.Queue[Callable[[], None]] = queue.Queue(MAX_NEWS)
         self._thread = threading.Thread(target=self._run, name=f"pdn-sender-{mission}", daemon=True)
@@ -130,7 +130,7 @@ class Sender:
             if self._store is not None:
                 self._store.append(entry)
             if self._outbox.settled:
-                self._patience.begin(time.monotonic())
+                self._backoff.start(time.monotonic())
             self._outbox.append(entry)
         self._wake()
         return entry.seq
@@ -243,7 +243,7 @@ class Sender:
                 return 0.0
             if self._outbox.settled or self._broken:
                 return STALL_LAST_S
-            return self._patience.left_s(time.monotonic())
+            return self._backoff.remaining_s(time.monotonic())
 
     def _transmit(self) -> None:
         if not self._planner_present:
@@ -258,7 +258,7 @@ class Sender:
 
     def _stalled(self) -> bool:
         with self._changed:
-            return not self._outbox.settled and self._patience.left_s(time.monotonic()) == 0.0
+            return not self._outbox.settled and self._backoff.remaining_s(time.monotonic()) == 0.0
 
     def _resynchronise(self) -> None:
         self._resync_wanted = False
@@ -269,7 +269,7 @@ class Sender:
             return
         except PdnError as error:
             _log.info("mission %s: cannot ask the planner which events it has: %s", self.mission, error)
-            self._patience.asked_in_vain(time.monotonic())
+            self._backoff.failed(time.monotonic())
             return
         lost = self._outbox.lost(status.next_seq)
         if lost:
@@ -294,10 +294,10 @@ class Sender:
                     self._progressed()
                     self._trim()
                 else:
-                    self._patience.asked_in_vain(time.monotonic())
+                    self._backoff.failed(time.monotonic())
 
     def _progressed(self) -> None:
-        self._patience.progressed(time.monotonic())
+        self._backoff.succeeded(time.monotonic())
         self._changed.notify_all()
 
     def _break(self, error: PdnError) -> None:
