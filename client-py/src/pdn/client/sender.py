@@ -33,9 +33,9 @@ from .errors import (
 )
 from .outbox import WINDOW, Entry, Outbox
 from .outbox_file import OutboxFile
+from .outbox_recovery import recover_outbox
 from .planner_side import Link, Status
 from .refusals import FINAL, OnRejected, Refusals
-from .resuming import resumed
 
 BATCH = 64
 """Events sent between two looks at what came in."""
@@ -76,7 +76,9 @@ class Sender:
         self._link = link
         self._on_rejected = on_rejected
         self._store = store
-        self._outbox = Outbox(status.next_seq, window) if store is None else resumed(store, status, window)
+        self._outbox = (
+            Outbox(status.next_seq, window) if store is None else recover_outbox(store, status, window)
+        )
         self._first_seq = self._outbox.durable_seq
         self._refusals = Refusals(status.rejected, raises=raises)
         self._broken: PdnError | None = None
