@@ -5,12 +5,14 @@ from __future__ import annotations
 from .errors import MissionLost, TwoPublishers
 from .outbox import Outbox
 from .outbox_file import OutboxFile
-from .planner_side import Status
+from .transport import IngestStatus
 
 
-def recover_outbox(store: OutboxFile, status: Status, window: int) -> Outbox:
-    """The outbox that continues where the file ends. What the file has kept is sent again whatever the planner
-    has applied of it: a repeat counts for nothing, and one with other content tells of a second program.
+def recover_outbox(store: OutboxFile, status: IngestStatus, window: int) -> Outbox:
+    """The outbox that continues where the file ends.
+
+    What the file has kept is sent again whatever the planner has applied of it: a repeat counts for nothing,
+    and one with other content tells of a second program.
 
     Raises `MissionLost` if the planner lacks events that it had confirmed, and `TwoPublishers` if it has
     events that the file never had.

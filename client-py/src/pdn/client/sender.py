@@ -34,8 +34,8 @@ from .errors import (
 from .outbox import WINDOW, Entry, Outbox
 from .outbox_file import OutboxFile
 from .outbox_recovery import recover_outbox
-from .planner_side import Link, Status
 from .refusals import FINAL, OnRejected, Refusals
+from .transport import IngestStatus, Transport
 
 BATCH = 64
 """Events sent between two looks at what came in."""
@@ -59,8 +59,8 @@ class Sender:
     def __init__(
         self,
         mission: str,
-        link: Link,
-        status: Status,
+        transport: Transport,
+        status: IngestStatus,
         *,
         window: int = WINDOW,
         on_rejected: OnRejected | None = None,
@@ -73,7 +73,7 @@ class Sender:
         caller's next call.
         """
         self.mission = mission
-        self._link = link
+        self._transport = transport
         self._on_rejected = on_rejected
         self._store = store
         self._outbox = (
@@ -150,7 +150,7 @@ class Sender:
                     f"{waiting} events of mission {self.mission}, from {self._outbox.durable_seq} on, "
                     f"were not confirmed within {timeout_s:g} s"
                 )
-        status = self._link.ingest(max(0.1, deadline_s - time.monotonic()))
+        status = self._transport.ingest(max(0.1, deadline_s - time.monotonic()))
         with self._changed:
             self._changed.wait_for(lambda: self._refusals.counted >= status.rejected, LATE_REASONS_S)
             self._refusals.raise_unheard(status.rejected)
@@ -217,7 +217,7 @@ class Sender:
 
     def _run(self) -> None:
         for entry in self._outbox.take(self._outbox.window):  # What an earlier program has left, all of it.
-            self._link.send(entry)
+            self._transport.send(entry)
         while not self._closing:
             self._read_news()
             if self._broken is None:
@@ -256,7 +256,7 @@ class Sender:
         if entries and store is not None:
             store.sync()
         for entry in entries:
-            self._link.send(entry)
+            self._transport.send(entry)
 
     def _stalled(self) -> bool:
         with self._changed:
@@ -265,7 +265,7 @@ class Sender:
     def _resynchronise(self) -> None:
         self._resync_wanted = False
         try:
-            status = self._link.ingest(STALL_S)
+            status = self._transport.ingest(STALL_S)
         except MissionUnknown as error:
             self._break(MissionLost(f"The planner no longer knows mission {self.mission}: {error}"))
             return

@@ -15,7 +15,7 @@ from pdn import wire
 from .errors import ProblemLike
 from .events import Event, Events
 from .link import Link, decode_sample
-from .mission_link import MissionLink, settled_status
+from .mission_transport import MissionTransport, status_without_gaps
 from .outbox import WINDOW, Entry
 from .outbox_file import OutboxFile
 from .sender import Sender
@@ -57,18 +57,18 @@ class MissionStream(Events):
         self.timeout_s = timeout_s
         self.closed = False
         self._link = link
-        sender_link = MissionLink(link, mission)
+        transport = MissionTransport(link, mission)
         store = None if outbox is None else OutboxFile(outbox, link.vehicle, mission)
         try:
             # What an earlier program left on its way is in its file, and so no gap stays.
-            settles = store is None or store.next_seq is None
+            is_new = store is None or store.next_seq is None
             status = (
-                settled_status(sender_link, mission, timeout_s) if settles else sender_link.ingest(timeout_s)
+                status_without_gaps(transport, mission, timeout_s) if is_new else transport.ingest(timeout_s)
             )
             link.demand_listener(wire.Topic.IN_KEYFRAME)
             sender = Sender(
                 mission,
-                sender_link,
+                transport,
                 status,
                 window=window,
                 on_rejected=on_rejected if callable(on_rejected) else None,

@@ -1,4 +1,4 @@
-"""One mission's way to the planner: where its events stand, and sending the next one."""
+"""The transport of one mission's events over a vehicle's link: sending them, and asking where they stand."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from .errors import MissionGap
 from .link import Link
 from .outbox import Entry
 
-SETTLE_S = 2.0
+GAP_TIMEOUT_S = 2.0
 """How long events of an earlier sender may still be on their way, s."""
 
 
-class MissionLink:
-    """What the sender of one mission's events needs of the link."""
+class MissionTransport:
+    """See `Transport`."""
 
     def __init__(self, link: Link, mission: str) -> None:
         self._link = link
@@ -32,10 +32,10 @@ class MissionLink:
         return self._link.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters=parameters)
 
 
-def settled_status(link: MissionLink, mission: str, timeout_s: float) -> wire.IngestStatus:
+def status_without_gaps(transport: MissionTransport, mission: str, timeout_s: float) -> wire.IngestStatus:
     """The status once nothing is on its way; a gap that stays can be closed by its first sender only."""
-    give_up_s = time.monotonic() + SETTLE_S
-    while (status := link.ingest(timeout_s)).buffered:
+    give_up_s = time.monotonic() + GAP_TIMEOUT_S
+    while (status := transport.ingest(timeout_s)).buffered:
         if time.monotonic() > give_up_s:
             raise MissionGap(
                 f"Mission {mission} has {status.buffered} events that wait for {_ranges(status.missing)}, "
