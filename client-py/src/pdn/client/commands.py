@@ -23,7 +23,7 @@ class Commands(Requester):
         if isinstance(config, wire.MissionConfig):
             return self._request(wire.Topic.OP_CONFIGURE, config, wire.MissionState, timeout_s)
         payload = json.dumps(config, allow_nan=False).encode()
-        return self._link.ask(
+        return self._session.ask(
             wire.Topic.OP_CONFIGURE,
             wire.MissionState,
             self._timeout_s(timeout_s),

@@ -1,4 +1,4 @@
-"""The transport of one mission's events over a vehicle's link: sending them, and asking where they stand."""
+"""The transport of one mission's events: sending them, and asking which have arrived."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pdn import wire
 
 from .errors import MissionGap
-from .link import Link
 from .outbox import Entry
+from .vehicle_session import VehicleSession
 
 GAP_TIMEOUT_S = 2.0
 """How long events of an earlier sender may still be on their way, s."""
@@ -18,18 +18,18 @@ GAP_TIMEOUT_S = 2.0
 class MissionTransport:
     """See `Transport`."""
 
-    def __init__(self, link: Link, mission: str) -> None:
-        self._link = link
+    def __init__(self, session: VehicleSession, mission: str) -> None:
+        self._session = session
         self._mission = mission
 
     def send(self, entry: Entry) -> None:
         """Publishes an event."""
-        self._link.send(entry)
+        self._session.send(entry)
 
     def ingest(self, timeout_s: float) -> wire.IngestStatus:
         """Asks which events have arrived."""
         parameters = {"mission": self._mission}
-        return self._link.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters=parameters)
+        return self._session.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters=parameters)
 
 
 def status_without_gaps(transport: MissionTransport, mission: str, timeout_s: float) -> wire.IngestStatus:

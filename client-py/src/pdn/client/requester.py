@@ -6,17 +6,17 @@ from typing import TypeVar
 
 from pdn import wire
 
-from .link import ANSWER_MARGIN_S, Link
+from .vehicle_session import ANSWER_MARGIN_S, VehicleSession
 
 M = TypeVar("M")
 
 
 class Requester:
-    """One vehicle's link, and how long its owner waits for replies."""
+    """One vehicle's session, and how long its owner waits for replies."""
 
-    def __init__(self, link: Link, timeout_s: float) -> None:
+    def __init__(self, session: VehicleSession, timeout_s: float) -> None:
         self.timeout_s = timeout_s
-        self._link = link
+        self._session = session
 
     def _ask(
         self,
@@ -44,8 +44,8 @@ class Requester:
         timeout_s: float | None,
         **parameters: object,
     ) -> M:
-        form = self._link.form
-        return self._link.ask(
+        form = self._session.form
+        return self._session.ask(
             topic,
             kind,
             self._timeout_s(timeout_s),

@@ -14,11 +14,11 @@ from pdn import wire
 
 from .errors import ProblemLike
 from .events import Event, Events
-from .link import Link, decode_sample
 from .mission_transport import MissionTransport, status_without_gaps
 from .outbox import WINDOW, Entry
 from .outbox_file import OutboxFile
 from .sender import Sender
+from .vehicle_session import VehicleSession, decode_sample
 
 OnRejected = Literal["raise", "collect"] | Callable[[ProblemLike], None]
 
@@ -41,7 +41,7 @@ class MissionStream(Events):
 
     def __init__(
         self,
-        link: Link,
+        session: VehicleSession,
         mission: str,
         *,
         on_rejected: OnRejected = "raise",
@@ -56,16 +56,16 @@ class MissionStream(Events):
         self.mission = mission
         self.timeout_s = timeout_s
         self.closed = False
-        self._link = link
-        transport = MissionTransport(link, mission)
-        store = None if outbox is None else OutboxFile(outbox, link.vehicle, mission)
+        self._session = session
+        transport = MissionTransport(session, mission)
+        store = None if outbox is None else OutboxFile(outbox, session.vehicle, mission)
         try:
             # What an earlier program left on its way is in its file, and so no gap stays.
             is_new = store is None or store.next_seq is None
             status = (
                 status_without_gaps(transport, mission, timeout_s) if is_new else transport.ingest(timeout_s)
             )
-            link.demand_listener(wire.Topic.IN_KEYFRAME)
+            session.require_subscriber(wire.Topic.IN_KEYFRAME)
             sender = Sender(
                 mission,
                 transport,
@@ -82,13 +82,13 @@ class MissionStream(Events):
         self.resumed = 0 if store is None else len(store.entries)
         self._sender = sender
         self._entities: list[zenoh.Subscriber[None] | zenoh.LivelinessToken] = [
-            link.subscribe(
+            session.subscribe(
                 wire.Topic.OUT_ACK, lambda sample: sender.hand_over(lambda: self._acknowledged(sample))
             ),
-            link.subscribe(
+            session.subscribe(
                 wire.Topic.OUT_REJECTED, lambda sample: sender.hand_over(lambda: self._rejected(sample))
             ),
-            link.watch_planner(
+            session.subscribe_presence(
                 lambda present: sender.hand_over(sender.planner_came if present else sender.planner_went),
                 history=False,
             ),
@@ -145,10 +145,10 @@ class MissionStream(Events):
 
         def encoded(seq: int) -> Entry:
             event = message(seq, stamp)
-            form = self._link.form
+            form = self._session.form
             return Entry(
                 seq,
-                wire.key(self._link.vehicle, topic),
+                wire.key(self._session.vehicle, topic),
                 wire.encode(event, form),
                 wire.encoding(type(event), form),
             )
