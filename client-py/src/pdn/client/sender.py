@@ -131,7 +131,7 @@ class Sender:
             entry = encode(self._outbox.next_seq)
             if self._store is not None:
                 self._store.append(entry)
-            if self._outbox.settled:
+            if self._outbox.empty:
                 self._backoff.start(time.monotonic())
             self._outbox.append(entry)
         self._wake()
@@ -142,9 +142,9 @@ class Sender:
         `StreamBroken`."""
         deadline_s = time.monotonic() + timeout_s
         with self._changed:
-            settled = self._changed.wait_for(lambda: self._broken or self._outbox.settled, timeout_s)
+            emptied = self._changed.wait_for(lambda: self._broken or self._outbox.empty, timeout_s)
             self._raise_pending()
-            if not settled:
+            if not emptied:
                 waiting = self._outbox.next_seq - self._outbox.durable_seq
                 raise Timeout(
                     f"{waiting} events of mission {self.mission}, from {self._outbox.durable_seq} on, "
@@ -243,7 +243,7 @@ class Sender:
         with self._changed:
             if self._resync_wanted or (self._planner_present and self._outbox.unsent and not self._broken):
                 return 0.0
-            if self._outbox.settled or self._broken:
+            if self._outbox.empty or self._broken:
                 return STALL_LAST_S
             return self._backoff.remaining_s(time.monotonic())
 
@@ -260,7 +260,7 @@ class Sender:
 
     def _stalled(self) -> bool:
         with self._changed:
-            return not self._outbox.settled and self._backoff.remaining_s(time.monotonic()) == 0.0
+            return not self._outbox.empty and self._backoff.remaining_s(time.monotonic()) == 0.0
 
     def _resynchronise(self) -> None:
         self._resync_wanted = False

@@ -31,7 +31,7 @@ figures are printed; --out keeps the whole course for `pdn plot`."""
 
 def sim(options: SimOptions) -> None:
     """See ``_HELP``."""
-    from pdn.client.outbox_file import left_behind
+    from pdn.client.outbox_file import outbox_exists
     from pdn.sim.flight import mission_config
 
     if options.list_:
@@ -41,7 +41,7 @@ def sim(options: SimOptions) -> None:
     mission = options.mission or mission_name(scenario.name, options.policy, options.alpha, options.seed)
     if options.print_config:
         print(json.dumps(mission_config(scenario, mission, options.alpha)))
-    elif options.outbox is not None and left_behind(options.outbox, options.vehicle, mission):
+    elif options.outbox is not None and outbox_exists(options.outbox, options.vehicle, mission):
         _deliver(options, mission)
     else:
         run = _fly(options, scenario, mission)
