@@ -80,11 +80,11 @@ class Planner:
                     return
                 case "ended" if self.sender:
                     sender, problem = self.sender, Problem("mission_ended", "configure a new one", entry.seq)
-                    sender.hand_over(lambda: sender.rejected(problem))
+                    sender.enqueue(lambda: sender.rejected(problem))
             status = Status(self.status.next_seq, self.status.durable_seq)
         if self.acknowledges and self.sender:
             sender = self.sender
-            sender.hand_over(lambda: sender.acknowledged(status.next_seq, status.durable_seq))
+            sender.enqueue(lambda: sender.acknowledged(status.next_seq, status.durable_seq))
 
     def ingest(self, timeout_s: float) -> Status:
         del timeout_s
@@ -102,13 +102,13 @@ class Planner:
             del self.applied[self.status.durable_seq :]
             self.status.next_seq = self.status.durable_seq
         assert self.sender
-        self.sender.hand_over(self.sender.planner_went)
+        self.sender.enqueue(self.sender.planner_disappeared)
 
     def come_back(self) -> None:
         with self.lock:
             self.present = True
         assert self.sender
-        self.sender.hand_over(self.sender.planner_came)
+        self.sender.enqueue(self.sender.planner_appeared)
 
     def _apply(self, entry: Entry) -> None:
         if entry.seq == self.status.next_seq:
@@ -123,14 +123,14 @@ class Planner:
         self.status.rejected += 1
         if announce and self.sender:
             sender, problem = self.sender, Problem("not_unit", "normalise it", entry.seq)
-            sender.hand_over(lambda: sender.rejected(problem))
+            sender.enqueue(lambda: sender.rejected(problem))
 
 
 @contextmanager
 def sending(planner: Planner, **options: object) -> Iterator[Sender]:
     sender = Sender("m", planner, planner.ingest(1.0), **options)  # type: ignore[arg-type]
     planner.sender = sender
-    sender.begin()
+    sender.start()
     try:
         yield sender
     finally:
@@ -279,7 +279,7 @@ def test_refusals_go_to_the_callback_once() -> None:
         for _ in range(3):
             post(sender)
         sender.flush(PATIENCE_S)
-        sender.hand_over(lambda: sender.rejected(Problem("not_unit", "normalise it", 1)))
+        sender.enqueue(lambda: sender.rejected(Problem("not_unit", "normalise it", 1)))
         post(sender)
         sender.flush(PATIENCE_S)
     assert seen == [1]
@@ -310,13 +310,13 @@ def test_refusals_of_events_that_are_not_looked_at_only_delay_them() -> None:
     planner = Planner()
     with sending(planner) as sender:
         post(sender)
-        sender.hand_over(lambda: sender.rejected(Problem("overloaded", "later", 0)))
+        sender.enqueue(lambda: sender.rejected(Problem("overloaded", "later", 0)))
         sender.flush(PATIENCE_S)
         assert sender.refusals == []
 
 
 def test_too_many_acknowledgements_do_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sender_module, "MAX_NEWS", 2)
+    monkeypatch.setattr(sender_module, "INBOX_CAPACITY", 2)
     planner = Planner()
     with sending(planner) as sender:
         for _ in range(1000):
@@ -332,7 +332,7 @@ def test_refusals_without_end_do_not_keep_events_from_going_out() -> None:
         def another() -> None:
             sender.rejected(Problem("invalid", "rubbish of somebody else", None))
             if not ended.is_set():
-                sender.hand_over(another)
+                sender.enqueue(another)
 
         another()
         try:
@@ -352,7 +352,7 @@ def test_a_number_with_two_contents_breaks_the_stream() -> None:
     with sending(planner, raises=False) as sender:
         post(sender)
         sender.flush(PATIENCE_S)
-        sender.hand_over(lambda: sender.rejected(Problem("conflict", "other content", 0)))
+        sender.enqueue(lambda: sender.rejected(Problem("conflict", "other content", 0)))
         with pytest.raises(TwoPublishers, match="Another program sends events of mission m"):
             fill(sender)
 
@@ -360,7 +360,7 @@ def test_a_number_with_two_contents_breaks_the_stream() -> None:
 def test_a_conflict_about_events_of_before_concerns_this_stream_not() -> None:
     planner = Planner(status=Status(5, 5))
     with sending(planner, raises=False) as sender:
-        sender.hand_over(lambda: sender.rejected(Problem("conflict", "other content", 4)))
+        sender.enqueue(lambda: sender.rejected(Problem("conflict", "other content", 4)))
         post(sender)
         sender.flush(PATIENCE_S)
 

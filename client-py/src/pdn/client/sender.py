@@ -37,14 +37,14 @@ from .outbox_recovery import recover_outbox
 from .refusals import FINAL, OnRejected, Refusals
 from .transport import IngestStatus, Transport
 
-BATCH = 64
+SEND_BATCH = 64
 """Events sent between two looks at what came in."""
 
-NEWS_AT_ONCE = 64
+INBOX_BATCH = 64
 """Acknowledgements and refusals read between two looks at what is to be sent: a flood of refusals, which
 anyone can cause by sending rubbish under this vehicle's keys, must not keep events from going out."""
 
-MAX_NEWS = 4096
+INBOX_CAPACITY = 4096
 """Acknowledgements and refusals that may wait to be read; beyond, the planner is asked instead."""
 
 LATE_REASONS_S = 1.0
@@ -83,15 +83,15 @@ class Sender:
         self._refusals = Refusals(status.rejected, raises=raises)
         self._broken: PdnError | None = None
         self._planner_present = True
-        self._resync_wanted = False
+        self._resync_requested = False
         self._closing = False
         self._backoff = Backoff(time.monotonic())
         self._changed = threading.Condition()
-        self._news: queue.Queue[Callable[[], None]] = queue.Queue(MAX_NEWS)
+        self._inbox: queue.Queue[Callable[[], None]] = queue.Queue(INBOX_CAPACITY)
         self._thread = threading.Thread(target=self._run, name=f"pdn-sender-{mission}", daemon=True)
 
-    def begin(self) -> None:
-        """Begins to send."""
+    def start(self) -> None:
+        """Starts the thread."""
         self._thread.start()
 
     # --- for callers ---
@@ -169,12 +169,12 @@ class Sender:
 
     # --- for callbacks: never block ---
 
-    def hand_over(self, work: Callable[[], None]) -> None:
-        """Has `work` done on the sender's thread."""
+    def enqueue(self, work: Callable[[], None]) -> None:
+        """Has the sender's thread do `work`."""
         try:
-            self._news.put_nowait(work)
+            self._inbox.put_nowait(work)
         except queue.Full:
-            self._resync_wanted = True
+            self._resync_requested = True
 
     # --- on the sender's thread ---
 
@@ -207,11 +207,11 @@ class Sender:
             except Exception:
                 _log.exception("on_rejected failed for the refusal of event %s", problem.seq)
 
-    def planner_came(self) -> None:
+    def planner_appeared(self) -> None:
         """The planner's token is there: ask what it has."""
-        self._resync_wanted = True
+        self._resync_requested = True
 
-    def planner_went(self) -> None:
+    def planner_disappeared(self) -> None:
         """The planner's token is gone: what is sent now would vanish."""
         self._planner_present = False
 
@@ -219,29 +219,29 @@ class Sender:
         for entry in self._outbox.take(self._outbox.window):  # What an earlier program has left, all of it.
             self._transport.send(entry)
         while not self._closing:
-            self._read_news()
+            self._process_inbox()
             if self._broken is None:
                 self._transmit()
-                if self._resync_wanted or self._stalled():
+                if self._resync_requested or self._stalled():
                     self._resynchronise()
 
-    def _read_news(self) -> None:
+    def _process_inbox(self) -> None:
         pause_s = self._pause_s()
         try:
-            for _ in range(NEWS_AT_ONCE):
-                work = self._news.get(timeout=pause_s)
+            for _ in range(INBOX_BATCH):
+                work = self._inbox.get(timeout=pause_s)
                 pause_s = 0.0
                 try:
                     work()
                 except BadReply as error:
                     _log.warning("mission %s: %s", self.mission, error)
-                    self._resync_wanted = True
+                    self._resync_requested = True
         except queue.Empty:
             pass
 
     def _pause_s(self) -> float:
         with self._changed:
-            if self._resync_wanted or (self._planner_present and self._outbox.unsent and not self._broken):
+            if self._resync_requested or (self._planner_present and self._outbox.unsent and not self._broken):
                 return 0.0
             if self._outbox.empty or self._broken:
                 return STALL_LAST_S
@@ -251,7 +251,7 @@ class Sender:
         if not self._planner_present:
             return
         with self._changed:
-            entries = self._outbox.take(BATCH)
+            entries = self._outbox.take(SEND_BATCH)
             store = self._store
         if entries and store is not None:
             store.sync()
@@ -263,7 +263,7 @@ class Sender:
             return not self._outbox.empty and self._backoff.remaining_s(time.monotonic()) == 0.0
 
     def _resynchronise(self) -> None:
-        self._resync_wanted = False
+        self._resync_requested = False
         try:
             status = self._transport.ingest(STALL_S)
         except MissionUnknown as error:
@@ -314,8 +314,8 @@ class Sender:
             self._store.trim(self._outbox.durable_seq)
 
     def _wake(self) -> None:
-        if self._news.empty():
-            self.hand_over(lambda: None)
+        if self._inbox.empty():
+            self.enqueue(lambda: None)
 
     def _raise_pending(self) -> None:
         self._refusals.raise_new()

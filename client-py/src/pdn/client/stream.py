@@ -83,17 +83,19 @@ class MissionStream(Events):
         self._sender = sender
         self._entities: list[zenoh.Subscriber[None] | zenoh.LivelinessToken] = [
             session.subscribe(
-                wire.Topic.OUT_ACK, lambda sample: sender.hand_over(lambda: self._acknowledged(sample))
+                wire.Topic.OUT_ACK, lambda sample: sender.enqueue(lambda: self._acknowledged(sample))
             ),
             session.subscribe(
-                wire.Topic.OUT_REJECTED, lambda sample: sender.hand_over(lambda: self._rejected(sample))
+                wire.Topic.OUT_REJECTED, lambda sample: sender.enqueue(lambda: self._rejected(sample))
             ),
             session.subscribe_presence(
-                lambda present: sender.hand_over(sender.planner_came if present else sender.planner_went),
+                lambda present: sender.enqueue(
+                    sender.planner_appeared if present else sender.planner_disappeared
+                ),
                 history=False,
             ),
         ]
-        sender.begin()  # Now that what comes of it can be heard.
+        sender.start()  # Now that what comes of it can be heard.
 
     @property
     def next_seq(self) -> int:
