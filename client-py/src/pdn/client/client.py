@@ -53,9 +53,9 @@ def connect(
     Raises `ConnectionFailed`, `PlannerAbsent`, `NotAllowed` or `Timeout`, with what is probably wrong.
     """
     wire.key(vehicle, wire.Topic.RPC_MISSION)  # Refuses an id that would make no key.
-    session, shown = open_session(endpoint, connect_timeout_s, config_file, certificate)
+    session, presented = open_session(endpoint, connect_timeout_s, config_file, certificate)
     form = wire.Format.JSON if json_on_wire else wire.Format.BINCODE
-    client = Client(VehicleSession(session, vehicle, endpoint, form, shown), timeout_s, outbox)
+    client = Client(VehicleSession(session, vehicle, endpoint, form, presented), timeout_s, outbox)
     try:
         client.wait_for_planner(connect_timeout_s)
         if console is not None:

@@ -43,9 +43,9 @@ class Events(ABC):
         """
         if saliency is not None and appearance is not None:
             raise ValueError("give saliency or appearance, not both")
-        shown: wire.AnyAppearance = appearance if appearance is not None else wire.Appearance.None_()
+        content: wire.AnyAppearance = appearance if appearance is not None else wire.Appearance.None_()
         if saliency is not None:
-            shown = wire.Appearance.Saliency(local=saliency[0], global_=saliency[1])
+            content = wire.Appearance.Saliency(local=saliency[0], global_=saliency[1])
         return self._post(
             wire.Topic.IN_KEYFRAME,
             lambda seq, stamp: wire.Keyframe(
@@ -55,7 +55,7 @@ class Events(ABC):
                 id=id,
                 pose=pose,
                 camera=camera,
-                appearance=shown,
+                appearance=content,
             ),
             stamp_ns,
         )

@@ -153,7 +153,7 @@ class Sender:
         status = self._transport.ingest(max(0.1, deadline_s - time.monotonic()))
         with self._changed:
             self._changed.wait_for(lambda: self._refusals.counted >= status.rejected, LATE_REASONS_S)
-            self._refusals.raise_unheard(status.rejected)
+            self._refusals.raise_unannounced(status.rejected)
             self._raise_pending()
 
     def close(self, timeout_s: float = 2.0) -> None:

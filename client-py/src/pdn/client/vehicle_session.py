@@ -98,7 +98,7 @@ class VehicleSession:
         if self.planner_is_alive():
             raise self._not_allowed(topic)
         raise PlannerAbsent(
-            f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._why_nobody_answers()}"
+            f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._absence_reason()}"
         )
 
     def send(self, entry: Entry) -> None:
@@ -176,7 +176,7 @@ class VehicleSession:
             f"{wire.key(self.vehicle, topic)}: {why_not_allowed(topic, self.certificate)}"
         )
 
-    def _why_nobody_answers(self) -> str:
+    def _absence_reason(self) -> str:
         if self.zenoh_session.is_closed() or not any(self.zenoh_session.info.routers_zid()):
             return "the connection to the daemon is gone. Is it still running?"
         return (
