@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.planner import Advice, Fix
-from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, adjoint, exp, log_rotation
 

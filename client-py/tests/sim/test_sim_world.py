@@ -10,7 +10,7 @@ import numpy as np
 
 import pdn.sim
 from pdn.sim import scenario_file
-from pdn.sim.plant import Reading
+from pdn.sim.hardware import Reading
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import log
 from pdn.sim.survey import Aim

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
+from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.se3 import Array, Pose
 
 

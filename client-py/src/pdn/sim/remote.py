@@ -19,8 +19,8 @@ from pdn.client import (
     Timeout,
 )
 from pdn.sim.flight import mission_config
+from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.planner import Advice, Fix
-from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Pose, quaternion_of
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pdn.sim.plant import Attitude, Depth, Odometry, Registration
+from pdn.sim.hardware import Attitude, Depth, Odometry, Registration
 from pdn.sim.scenario import Noise
 from pdn.sim.se3 import Array, Pose, exp, exp_rotation, tangent_basis
 

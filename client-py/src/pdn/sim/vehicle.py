@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from pdn.sim.hardware import Hardware, Image, Reading
 from pdn.sim.planner import Fix, Planner
-from pdn.sim.plant import Image, Plant, Reading
 from pdn.sim.scenario import Links, Scenario
 from pdn.sim.se3 import Array, Pose, level, wrap_rad
 from pdn.sim.survey import Aim
@@ -33,10 +33,10 @@ class Vehicle:
     """One vehicle on one mission."""
 
     def __init__(
-        self, scenario: Scenario, plant: Plant, planner: Planner, taken: Callable[[Fix], None]
+        self, scenario: Scenario, hardware: Hardware, planner: Planner, taken: Callable[[Fix], None]
     ) -> None:
         self._scenario = scenario
-        self._plant = plant
+        self._hardware = hardware
         self._planner = planner
         self._taken = taken
         self._table = scenario.links.table()
@@ -59,7 +59,7 @@ class Vehicle:
     def begin(self, aim: Aim) -> None:
         """Take the first keyframe where the vehicle stands."""
         camera = body_from_camera(self._scenario, aim)
-        told, reading = self._plant.begin(camera)
+        told, reading = self._hardware.begin(camera)
         self._planner.keyframe(0, told, camera, reading.image)
         self._report(0, told, camera, reading)
 
@@ -79,7 +79,7 @@ class Vehicle:
         pose = self.fix.pose
         turn = wrap_rad(aim.heading_rad - pose.heading_rad())
         camera = body_from_camera(self._scenario, replace(aim, position=pose.translation + way))
-        reading = self._plant.move(pose.rotation.T @ way, turn, camera)
+        reading = self._hardware.move(pose.rotation.T @ way, turn, camera)
         if reading.odometry is None:
             raise RuntimeError("a step without odometry")
         number = self._memory.count
@@ -95,7 +95,7 @@ class Vehicle:
         self._memory.add(predicted, camera, reading.image)
         closes_a_loop = False
         for older in self._memory.proposals(self._scenario.links, self._table):
-            measured = self._plant.register(older, number)
+            measured = self._hardware.register(older, number)
             self._planner.registration(older, number, measured)
             closes_a_loop |= measured is not None and number - older > _RECENT
         fix = self._planner.fix()

@@ -13,7 +13,7 @@ from enum import IntEnum
 import numpy as np
 
 from pdn.sim import sensors
-from pdn.sim.plant import Image, Odometry, Reading, Registration
+from pdn.sim.hardware import Image, Odometry, Reading, Registration
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, level
 
@@ -30,7 +30,7 @@ class _Stream(IntEnum):
 
 
 class World:
-    """A ``Plant`` with the truth beside it, for whoever scores the flight."""
+    """A ``Hardware`` with the truth beside it, for whoever scores the flight."""
 
     def __init__(self, scenario: Scenario, start: Pose, seed: int) -> None:
         self._scenario = scenario
@@ -51,12 +51,12 @@ class World:
         """Those of them that succeeded."""
 
     def begin(self, body_from_camera: Pose) -> tuple[Pose, Reading]:
-        """See ``Plant``."""
+        """See ``Hardware``."""
         told = sensors.told_pose(self._pose, self._scenario.noise, self._stream(_Stream.START))
         return told, self._take(None, body_from_camera, 0.0)
 
     def move(self, displacement_in_body: Array, turn_rad: float, body_from_camera: Pose) -> Reading:
-        """See ``Plant``. The thrusters do what they are told; what is not known is where that led."""
+        """See ``Hardware``. The thrusters do what they are told; what is not known is where that led."""
         before = self._pose
         after = Pose(
             level(before.heading_rad() + turn_rad),
@@ -69,7 +69,7 @@ class World:
         return self._take(odometry, body_from_camera, distance)
 
     def register(self, older: int, newer: int) -> Registration | None:
-        """See ``Plant``.
+        """See ``Hardware``.
 
         The images match with the probability of their saliencies, provided that the true baseline is not
         degenerate and that the newer image shows at least ``min_overlap`` of what the older one shows.
