@@ -79,7 +79,7 @@ def test_noise_of_a_keyframe_does_not_depend_on_what_was_registered() -> None:
 
 def test_the_vehicle_s_side_does_not_import_the_world() -> None:
     folder = Path(pdn.sim.__file__).parent
-    for name in ("vehicle", "planner", "plant", "policies", "remote", "survey"):
+    for name in ("vehicle", "planner", "hardware", "policies", "remote", "survey"):
         tree = ast.parse((folder / f"{name}.py").read_text())
         imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
         assert "pdn.sim.world" not in imported

@@ -92,14 +92,14 @@ def _deliver(options: SimOptions, mission: str) -> None:
 
 def _fly(options: SimOptions, scenario: Scenario, mission: str) -> Run:
     from pdn.sim import flight, remote
-    from pdn.sim.progress import shown
+    from pdn.sim.progress import progress_bar
 
     with (
         options.connect() as client,
         remote.mission(client, scenario, mission, options.alpha)
         if options.await_operator_s is None
         else remote.operators_mission(client, options.await_operator_s) as planner,
-        shown(f"{scenario.name} {options.policy}", visible=not options.as_json) as progress,
+        progress_bar(f"{scenario.name} {options.policy}", visible=not options.as_json) as progress,
     ):
         return flight.fly(scenario, options.policy, options.alpha, options.seed, planner, progress)
 

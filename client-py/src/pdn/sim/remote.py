@@ -36,21 +36,21 @@ def mission(client: Client, scenario: Scenario, name: str, alpha: float) -> Iter
     """Configure and start a mission, hand out its planner, and complete it; an error on the way aborts it."""
     client.configure(mission_config(scenario, name, alpha))
     client.start("the survey begins")
-    with _flown(client, name) as planner:
+    with _streaming(client, name) as planner:
         yield planner
 
 
 @contextmanager
-def operators_mission(client: Client, patience_s: float) -> Iterator[RemotePlanner]:
+def operators_mission(client: Client, timeout_s: float) -> Iterator[RemotePlanner]:
     """Wait for a mission that an operator has configured and started, and take it as ``mission`` does; a
     vehicle that may not command leaves completing it to the operator.
     """
-    end = time.monotonic() + patience_s
+    end = time.monotonic() + timeout_s
     while (name := _running(client)) is None:
         if time.monotonic() > end:
-            raise Timeout(f"no operator has started a mission of this vehicle within {patience_s:g} s")
+            raise Timeout(f"no operator has started a mission of this vehicle within {timeout_s:g} s")
         time.sleep(POLL_S)
-    with _flown(client, name, commands=False) as planner:
+    with _streaming(client, name, commands=False) as planner:
         yield planner
 
 
@@ -63,7 +63,7 @@ def _running(client: Client) -> str | None:
 
 
 @contextmanager
-def _flown(client: Client, name: str, *, commands: bool = True) -> Iterator[RemotePlanner]:
+def _streaming(client: Client, name: str, *, commands: bool = True) -> Iterator[RemotePlanner]:
     stream = client.mission_stream(name, on_rejected="collect")
     try:
         yield RemotePlanner(client, stream)
