@@ -52,8 +52,8 @@ class World:
 
     def begin(self, body_from_camera: Pose) -> tuple[Pose, Reading]:
         """See ``Hardware``."""
-        told = sensors.told_pose(self._pose, self._scenario.noise, self._stream(_Stream.START))
-        return told, self._take(None, body_from_camera, 0.0)
+        start = sensors.measure_start(self._pose, self._scenario.noise, self._stream(_Stream.START))
+        return start, self._take(None, body_from_camera, 0.0)
 
     def move(self, displacement_in_body: Array, turn_rad: float, body_from_camera: Pose) -> Reading:
         """See ``Hardware``. The thrusters do what they are told; what is not known is where that led."""
