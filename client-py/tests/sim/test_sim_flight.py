@@ -54,7 +54,7 @@ def test_the_estimate_s_covariance_is_true() -> None:
 
 def test_the_true_track_drifts_while_the_believed_one_stays_on_the_plan() -> None:
     run = fly(3)
-    nominal = np.array([p.aim.position for p in flight.Survey(SHORT).points])
+    nominal = np.array([p.viewpoint.position for p in flight.Survey(SHORT).points])
     estimated, true = np.array(run.estimated)[:, :3], np.array(run.true)[:, :3]
     assert np.abs(estimated - nominal).max() < 0.06
     assert np.linalg.norm(true - nominal, axis=1)[-40:].max() > 2 * np.abs(estimated - nominal).max()

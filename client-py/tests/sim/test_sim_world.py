@@ -13,7 +13,7 @@ from pdn.sim import scenario_file
 from pdn.sim.hardware import Reading
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import log
-from pdn.sim.survey import Aim
+from pdn.sim.survey import Viewpoint
 from pdn.sim.vehicle import body_from_camera
 from pdn.sim.world import World, start_pose
 
@@ -26,8 +26,8 @@ def world_at(u: float, v: float, seed: int, scenario: Scenario = HULL) -> World:
     return World(scenario, start_pose(np.array([u, -1.5, v]), HEADING), seed)
 
 
-def facing_the_side(u: float, v: float) -> Aim:
-    return Aim(np.array([u, -1.5, v]), HEADING, 0.5)
+def facing_the_side(u: float, v: float) -> Viewpoint:
+    return Viewpoint(np.array([u, -1.5, v]), HEADING, 0.5)
 
 
 def strafe(world: World, distance: float) -> Reading:

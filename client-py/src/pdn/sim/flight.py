@@ -25,7 +25,7 @@ Progress = Callable[[int, int], None]
 def mission_config(scenario: Scenario, mission: str, alpha: float) -> Table:
     """The configuration of a mission over this scenario, in the contract's JSON form."""
     survey = Survey(scenario)
-    camera = body_from_camera(scenario, survey.points[0].aim)
+    camera = body_from_camera(scenario, survey.points[0].viewpoint)
     config = dict(scenario.config)
     config["camera"] = {
         **config["camera"],
@@ -48,21 +48,21 @@ def fly(
     """Fly one mission that is configured and running, to the end of the survey."""
     began = time.monotonic()
     survey = Survey(scenario)
-    first = survey.points[0].aim
+    first = survey.points[0].viewpoint
     world = World(scenario, start_pose(first.position, first.heading_rad), seed)
     scorer = _Scorer(scenario, world)
     vehicle = Vehicle(scenario, world, planner, scorer.add)
     policy = policy_of(policy_name, scenario, survey, planner)
     for index, point in enumerate(survey.points):
         if index == 0:
-            vehicle.begin(point.aim)
+            vehicle.begin(point.viewpoint)
         else:
-            vehicle.go_to(point.aim)
+            vehicle.go_to(point.viewpoint)
         detour = policy.detour(index, vehicle.fix)
         if detour is not None:
             with scorer.detour(detour.waypoint):
-                for aim in detour.aims:
-                    vehicle.go_to(aim)
+                for viewpoint in detour.viewpoints:
+                    vehicle.go_to(viewpoint)
         if progress is not None:
             progress(index + 1, len(survey.points))
     estimates = planner.estimates()

@@ -17,7 +17,7 @@ from pdn.sim.hardware import Hardware, Image, Reading
 from pdn.sim.planner import Fix, Planner
 from pdn.sim.scenario import Links, Scenario
 from pdn.sim.se3 import Array, Pose, level, wrap_rad
-from pdn.sim.survey import Aim
+from pdn.sim.survey import Viewpoint
 
 _REFRESH_EVERY = 50
 """Keyframes after which the vehicle asks for all estimates again, if no loop closure made it ask before."""
@@ -56,29 +56,29 @@ class Vehicle:
             raise RuntimeError("the vehicle has not begun")
         return self._fix
 
-    def begin(self, aim: Aim) -> None:
+    def begin(self, viewpoint: Viewpoint) -> None:
         """Take the first keyframe where the vehicle stands."""
-        camera = body_from_camera(self._scenario, aim)
+        camera = body_from_camera(self._scenario, viewpoint)
         start, reading = self._hardware.begin(camera)
         self._planner.keyframe(0, start, camera, reading.image)
         self._report(0, start, camera, reading)
 
-    def go_to(self, aim: Aim) -> None:
+    def go_to(self, viewpoint: Viewpoint) -> None:
         """Steer for a place by the estimate and take a keyframe there; a far one is reached by more
         keyframes."""
         while True:
             pose = self.fix.pose
-            way = aim.position - pose.translation
+            way = viewpoint.position - pose.translation
             distance = float(np.linalg.norm(way))
-            if distance <= 1.5 * aim.stride_m:
-                self._step(way, aim)
+            if distance <= 1.5 * viewpoint.stride_m:
+                self._step(way, viewpoint)
                 return
-            self._step(way * (aim.stride_m / distance), aim)
+            self._step(way * (viewpoint.stride_m / distance), viewpoint)
 
-    def _step(self, way: Array, aim: Aim) -> None:
+    def _step(self, way: Array, viewpoint: Viewpoint) -> None:
         pose = self.fix.pose
-        turn = wrap_rad(aim.heading_rad - pose.heading_rad())
-        camera = body_from_camera(self._scenario, replace(aim, position=pose.translation + way))
+        turn = wrap_rad(viewpoint.heading_rad - pose.heading_rad())
+        camera = body_from_camera(self._scenario, replace(viewpoint, position=pose.translation + way))
         reading = self._hardware.move(pose.rotation.T @ way, turn, camera)
         if reading.odometry is None:
             raise RuntimeError("a step without odometry")
@@ -108,14 +108,14 @@ class Vehicle:
         self._on_fix(fix)
 
 
-def body_from_camera(scenario: Scenario, aim: Aim) -> Pose:
+def body_from_camera(scenario: Scenario, viewpoint: Viewpoint) -> Pose:
     """The camera tilted, about the body's right axis, towards the nearest point of the surface as designed.
 
     The wider field of view lies across the trackline: along the body's x-z plane for a body that strafes,
     along its right axis for one that faces its way.
     """
-    foot = scenario.surface.nearest(aim.position[None]).point[0]
-    towards = level(aim.heading_rad).T @ (foot - aim.position)
+    foot = scenario.surface.nearest(viewpoint.position[None]).point[0]
+    towards = level(viewpoint.heading_rad).T @ (foot - viewpoint.position)
     tilt = math.atan2(-towards[2], towards[0])
     right = np.array([0.0, 1.0, 0.0])
     axis = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
