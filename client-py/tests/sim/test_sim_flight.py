@@ -11,7 +11,7 @@ import pytest
 from filter_planner import FilterPlanner
 
 from pdn.sim import flight, record, scenario_file
-from pdn.sim.planner import Advice
+from pdn.sim.planner import Decision
 from pdn.sim.record import Run
 from pdn.sim.scenario import Scenario
 
@@ -64,12 +64,12 @@ def test_a_revisit_follows_the_route_and_comes_back() -> None:
     class Once(FilterPlanner):
         asked = 0
 
-        def decide(self) -> Advice:
+        def decide(self) -> Decision:
             self.asked += 1
             if self.asked != 10:
-                return Advice(None, (), 0.0, 1)
+                return Decision(None, (), 0.0, 1)
             out = self._poses[20:-1][::-1]
-            return Advice(20, (*out, *out[::-1], self._poses[-1]), 1.2, 1)
+            return Decision(20, (*out, *out[::-1], self._poses[-1]), 1.2, 1)
 
     run = flight.fly(SHORT, "pdn", 1.0, 1, Once(SHORT))
     (detour,) = run.detours

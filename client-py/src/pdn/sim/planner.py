@@ -26,7 +26,7 @@ class Fix:
 
 
 @dataclass(frozen=True)
-class Advice:
+class Decision:
     """A decision."""
 
     revisit: int | None
@@ -69,7 +69,7 @@ class Planner(Protocol):
         """Estimates of all keyframes, by number."""
         ...
 
-    def decide(self) -> Advice:
+    def decide(self) -> Decision:
         """Explore or revisit."""
         ...
 

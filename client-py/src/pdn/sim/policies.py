@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pdn.sim.planner import Advice, Fix, Planner
+from pdn.sim.planner import Decision, Fix, Planner
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, wrap_rad
 from pdn.sim.survey import Survey, Viewpoint
@@ -94,11 +94,11 @@ class PerceptionDriven:
         number = self._points[index].number_on_line
         if not number or number % self._every != 0 or index + 1 == len(self._points):
             return None
-        advice: Advice = self._planner.decide()
+        decision: Decision = self._planner.decide()
         self.decisions += 1
-        if advice.revisit is None:
+        if decision.revisit is None:
             return None
-        return Detour(viewpoints_along(fix.pose, advice.route, self._spacing), advice.revisit)
+        return Detour(viewpoints_along(fix.pose, decision.route, self._spacing), decision.revisit)
 
 
 def viewpoints_along(start: Pose, route: tuple[Pose, ...], spacing_m: float) -> list[Viewpoint]:

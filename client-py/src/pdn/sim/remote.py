@@ -20,7 +20,7 @@ from pdn.client import (
 )
 from pdn.sim.flight import mission_config
 from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
-from pdn.sim.planner import Advice, Fix
+from pdn.sim.planner import Decision, Fix
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Pose, quaternion_of
 
@@ -147,16 +147,16 @@ class RemotePlanner:
         graph = self._client.graph(after=self._seq, mission=self._stream.mission)
         return [from_wire(keyframe.pose) for keyframe in graph.keyframes]
 
-    def decide(self) -> Advice:
+    def decide(self) -> Decision:
         """See ``Planner``. While the mission is paused or held the vehicle stays where it is."""
         decision = self._decision()
         action = decision.action
         exploring = decision.exploration.uncertainty
         if not isinstance(action, wire.Action.Revisit):
-            return Advice(None, (), exploring, len(decision.candidates))
+            return Decision(None, (), exploring, len(decision.candidates))
         chosen = next(c for c in decision.candidates if c.candidate == action.candidate)
         route = tuple(from_wire(pose) for pose in chosen.poses or ())
-        return Advice(action.keyframe, route, exploring, len(decision.candidates))
+        return Decision(action.keyframe, route, exploring, len(decision.candidates))
 
     def _decision(self) -> wire.Decision:
         while True:
