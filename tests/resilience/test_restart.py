@@ -11,15 +11,21 @@ from conftest import pdnd_binary, start_daemon
 from json_zenoh import JsonVehicle, open_session
 from survey_file import SurveyFile
 
-BOUND_S = 4.0
-"""Two seconds are asked for on a quiet machine (the figure in the README); twice that on a busy one."""
+FEW = 500
+LATER = 10.0
+"""How much longer than an empty daemon's start the return with so few keyframes may take."""
+
+MANY_S = 4.0
+"""With many, on a quiet machine, s: twice the figure in the README."""
 
 
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("keyframes", [500, pytest.param(20_000, marks=pytest.mark.torture)])
+@pytest.mark.parametrize("keyframes", [FEW, pytest.param(20_000, marks=pytest.mark.torture)])
 def test_a_killed_daemon_is_soon_back(tmp_path: Path, keyframes: int) -> None:
     survey = make_survey(tmp_path / "survey", keyframes)
+    began = time.monotonic()
     running = start_daemon(tmp_path)
+    empty_s = time.monotonic() - began
     mission = Mission(running, "auv", survey, {})
     mission.fly_to(keyframes)
     before = mission.client.mission()
@@ -30,12 +36,14 @@ def test_a_killed_daemon_is_soon_back(tmp_path: Path, keyframes: int) -> None:
     began = time.monotonic()
     again = start_daemon(tmp_path)
     took_s = time.monotonic() - began
-    print(f"{keyframes} keyframes, {before.next_seq} events: back in {took_s:.2f} s")
+    print(
+        f"{keyframes} keyframes, {before.next_seq} events: back in {took_s:.2f} s, begun in {empty_s:.2f} s"
+    )
     with open_session(again.endpoint) as session:
         after = JsonVehicle(session, "auv", "auv").ask("rpc/mission")
     assert (after["phase"], after["keyframes"], after["next_seq"]) == ("held", keyframes, before.next_seq)
     assert again.stop() == 0
-    assert took_s < BOUND_S
+    assert took_s < (LATER * empty_s if keyframes == FEW else MANY_S)
 
 
 def make_survey(file: Path, keyframes: int) -> SurveyFile:
