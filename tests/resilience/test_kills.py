@@ -1,5 +1,5 @@
-"""A daemon that is killed again and again during missions: what it had said is durable is there, and the decisions are
-those of a daemon that was left alone.
+"""A daemon that is killed again and again during missions: what it had said is durable is there, and the
+decisions are those of a daemon that was left alone.
 """
 
 import json
@@ -160,7 +160,9 @@ class Asking:
                 assert time.monotonic() < end, f"{key} is not answered"
 
     def once(self, key: str, payload: Json, *done_already: str) -> None:
-        """A command that a daemon may have carried out and answered to nobody: it is refused then by these codes."""
+        """A command that a daemon may have carried out and answered to nobody: it is refused then by these
+        codes.
+        """
         try:
             self(key, payload)
         except ErrorReply as error:
@@ -232,7 +234,7 @@ def test_a_daemon_that_is_killed_loses_nothing(tmp_path: Path, kills: int) -> No
     answered = sum(len(mission.decisions) for mission in missions)
     durable = sum(mission.durable for mission in missions)
     print(
-        f"\n{killed} kills over {len(missions)} missions: 0 of {durable} durable events and 0 of {answered} answered "
-        f"decisions lost, all decisions as undisturbed; slowest start to ready {slowest_s:.2f} s on "
+        f"\n{killed} kills over {len(missions)} missions: 0 of {durable} durable events and 0 of {answered} "
+        f"answered decisions lost, all decisions as undisturbed; slowest start to ready {slowest_s:.2f} s on "
         f"{os.cpu_count()} cores"
     )

@@ -20,7 +20,7 @@ SHORT = dataclasses.replace(FLOOR, survey=dataclasses.replace(FLOOR.survey, line
 
 
 def fly(seed: int, policy: str = "open-loop", scenario: Scenario = SHORT, **options: object) -> Run:
-    return flight.fly(scenario, policy, 1.0, seed, FilterPlanner(scenario, **options))  # type: ignore[arg-type]
+    return flight.fly(scenario, policy, 1.0, seed, FilterPlanner(scenario, **options))
 
 
 def comparable(run: Run) -> str:
@@ -89,7 +89,7 @@ def test_every_try_is_told_and_every_success_measured() -> None:
     run = flight.fly(SHORT, "open-loop", 1.0, 1, planner)
     told = [what for kind, what in planner.told if kind == "registration"]
     assert len(told) == sum(run.course.links_tried)
-    assert sum(measured is not None for *_, measured in told) == sum(run.course.links_registered)  # type: ignore[misc]
+    assert sum(measured is not None for *_, measured in told) == sum(run.course.links_registered)
     assert sum(run.course.links_registered) > 10
     assert all(older < newer for older, newer, _ in told)  # type: ignore[misc]
 
