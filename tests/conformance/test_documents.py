@@ -181,8 +181,8 @@ def test_each_step_of_a_walk_names_its_function() -> None:
 @pytest.mark.parametrize("page", PAGES)
 def test_every_path_that_is_named_is_there(page: str) -> None:
     written_by_commands = {"table.md"}
-    words = set(re.findall(r"`([^`\s]+)`", text_of(page))) - written_by_commands
-    paths = [path for word in words if is_path(word) for path in expanded(word)]
+    words = {word.partition("::")[0] for word in re.findall(r"`([^`\s]+)`", text_of(page))}
+    paths = [path for word in words - written_by_commands if is_path(word) for path in expanded(word)]
     assert len(paths) > 5
     assert not sorted(path for path in paths if resolved(path) is None)
 
@@ -205,24 +205,34 @@ def test_every_invariant_is_held_by_tests_that_exist() -> None:
     assert not missing
 
 
-def test_the_sources_are_those_that_the_code_names() -> None:
-    sources = section("ARCHITECTURE.md", "Sources")
-    defined = set(re.findall(r"^- \[([A-Z][A-Z0-9]*)\]", sources, re.MULTILINE))
+def keys_of(files: tuple[str, ...]) -> dict[str, set[str]]:
+    """The keys of sources, in brackets, that each file names; this one only speaks of them."""
     key = re.compile(r"\[([A-Z][A-Z]*\d{1,2})(?:,[^\]\n]*)?\]")
     this = Path(__file__).relative_to(ROOT).as_posix()
-    code = [file for file in (*tracked(".rs"), *tracked(".py")) if file != this]
-    pages = [file for file in tracked(".md") if file != "ARCHITECTURE.md"]
-    used = {file: set(key.findall((ROOT / file).read_text())) for file in (*code, *pages)}
-    in_code = set().union(*(used[file] for file in code))
-    assert len(defined) >= 3
-    assert not defined - in_code, "sources that no code names"
-    undefined = {file: sorted(keys - defined) for file, keys in used.items() if keys - defined}
-    assert not undefined, "keys that ARCHITECTURE.md does not define"
+    return {file: set(key.findall((ROOT / file).read_text())) for file in files if file != this}
+
+
+def defined_sources() -> set[str]:
+    sources = section("ARCHITECTURE.md", "Sources")
+    return set(re.findall(r"^- \[([A-Z][A-Z0-9]*)\]", sources, re.MULTILINE))
+
+
+def test_each_source_is_named_in_the_code() -> None:
+    named = set().union(*keys_of((*tracked(".rs"), *tracked(".py"))).values())
+    assert len(defined_sources()) >= 3
+    assert not defined_sources() - named, "sources that no code names"
+
+
+def test_each_source_that_is_named_is_defined() -> None:
+    files = (*tracked(".rs"), *tracked(".py"), *tracked(".md"), *tracked(".toml"))
+    undefined = {file: sorted(keys - defined_sources()) for file, keys in keys_of(files).items()}
+    assert not {file: keys for file, keys in undefined.items() if keys}
 
 
 def test_no_line_of_rust_is_longer_than_a_page_is_wide() -> None:
     """rustfmt leaves comments and strings as they are; for Python ruff counts (E501)."""
     long_lines: dict[str, list[int]] = {}
+    assert tracked(".rs")
     for file in tracked(".rs"):
         for number, line in enumerate((ROOT / file).read_text().splitlines(), 1):
             if len(line) > COLUMNS:
