@@ -83,7 +83,7 @@ def test_the_camera_faces_the_surface_all_the_way(name: str) -> None:
         np.testing.assert_allclose(mount.rotation.T @ mount.rotation, np.eye(3), atol=1e-12)
         assert math.isclose(np.linalg.det(mount.rotation), 1.0, abs_tol=1e-12)
         camera = Pose(level(point.viewpoint.heading_rad), point.viewpoint.position) @ mount
-        view = scenario.surface.look(camera.translation, camera.rotation[:, 2][None])
+        view = scenario.surface.cast(camera.translation, camera.rotation[:, 2][None])
         misses.append(float(view.miss_m[0]))
         assert scenario.surface.nearest(point.viewpoint.position[None]).distance_m[0] > 0.3 * standoff
     # The tilt has one axis: on the real hull, whose patches do not meet exactly, the middle of an image may

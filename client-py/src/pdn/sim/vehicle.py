@@ -114,8 +114,8 @@ def body_from_camera(scenario: Scenario, viewpoint: Viewpoint) -> Pose:
     The wider field of view lies across the trackline: along the body's x-z plane for a body that strafes,
     along its right axis for one that faces its way.
     """
-    foot = scenario.surface.nearest(viewpoint.position[None]).point[0]
-    towards = level(viewpoint.heading_rad).T @ (foot - viewpoint.position)
+    projection = scenario.surface.nearest(viewpoint.position[None]).point[0]
+    towards = level(viewpoint.heading_rad).T @ (projection - viewpoint.position)
     tilt = math.atan2(-towards[2], towards[0])
     right = np.array([0.0, 1.0, 0.0])
     axis = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])

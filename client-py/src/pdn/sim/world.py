@@ -129,21 +129,21 @@ class World:
 
     def _see(self, camera: Pose) -> Image:
         """Scores of the place in the middle of the image; of open water, nothing."""
-        view = self._scenario.surface.look(camera.translation, camera.rotation[:, 2][None])
+        hits = self._scenario.surface.cast(camera.translation, camera.rotation[:, 2][None])
         # Half an image is still surface when its middle lies just outside.
-        if float(view.miss_m[0]) > 0.5 * self._scenario.survey.standoff_m:
+        if float(hits.miss_m[0]) > 0.5 * self._scenario.survey.standoff_m:
             return Image(0.0, 0.0)
-        local, global_ = self._scenario.saliency_at(float(view.unwrapped[0, 0]), float(view.unwrapped[0, 1]))
+        local, global_ = self._scenario.saliency_at(float(hits.unwrapped[0, 0]), float(hits.unwrapped[0, 1]))
         return Image(local, global_)
 
     def _footprint(self, number: int) -> Array:
         if number not in self._footprints:
             camera = self.cameras[number]
             rays = self._rays @ camera.rotation.T
-            view = self._scenario.surface.look(camera.translation, rays)
-            reach = np.linalg.norm(view.point - camera.translation, axis=1)
-            kept = (view.miss_m <= 0.0) & (reach * self._rays[:, 2] <= self._scenario.optics.max_range_m)
-            self._footprints[number] = view.point[kept]
+            hits = self._scenario.surface.cast(camera.translation, rays)
+            reach = np.linalg.norm(hits.point - camera.translation, axis=1)
+            kept = (hits.miss_m <= 0.0) & (reach * self._rays[:, 2] <= self._scenario.optics.max_range_m)
+            self._footprints[number] = hits.point[kept]
         return self._footprints[number]
 
     def _stream(self, purpose: _Stream, *numbers: int) -> np.random.Generator:
