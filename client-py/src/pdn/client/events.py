@@ -99,8 +99,8 @@ class Events(ABC):
             wire.FactorKind.Camera(
                 from_=from_,
                 to=to,
-                direction=_three(direction),
-                rotation=_four(rotation),
+                direction=_vector(direction),
+                rotation=_quaternion(rotation),
                 covariance=_row_major(covariance, 5),
             )
         )
@@ -120,7 +120,7 @@ class Events(ABC):
         return self.factor(
             wire.FactorKind.Attitude(
                 keyframe=keyframe,
-                rotation=_four(rotation),
+                rotation=_quaternion(rotation),
                 tilt_variance_rad2=tilt_variance_rad2,
                 heading_variance_rad2=heading_variance_rad2,
             )
@@ -136,7 +136,7 @@ class Events(ABC):
         """
         return self.factor(
             wire.FactorKind.Position(
-                keyframe=keyframe, position=_three(position), covariance=_row_major(covariance, 3)
+                keyframe=keyframe, position=_vector(position), covariance=_row_major(covariance, 3)
             )
         )
 
@@ -170,11 +170,11 @@ def _row_major(matrix: Covariance, size: int) -> tuple[float, ...]:
     return tuple(numbers.ravel().tolist())
 
 
-def _three(vector: Sequence[float]) -> tuple[float, float, float]:
+def _vector(vector: Sequence[float]) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in vector)
     return (x, y, z)
 
 
-def _four(quaternion: Sequence[float]) -> tuple[float, float, float, float]:
+def _quaternion(quaternion: Sequence[float]) -> tuple[float, float, float, float]:
     x, y, z, w = (float(value) for value in quaternion)
     return (x, y, z, w)
