@@ -29,14 +29,14 @@ REFUSED_LATER = 3.0
 anything and both take as long (0.7 to 0.95 was measured); what waits for a decision takes 50 times as long.
 """
 
-WAITED = 0.5
+WAITED = 0.8
 """Share of the time that decisions are waited for, in the median, within which refusals (in the median) and
-each status come. 0.02 and 0.15 at most were measured; what waits behind decisions takes as long as they
+each status come. 0.02 and 0.3 at most were measured; what waits behind decisions takes as long as they
 do.
 """
 
 DRAIN_S = 0.4
-ENDS_LATER = 10.0
+ENDS_LATER = 20.0
 """How much longer than without a backlog the daemon may take to end, beyond `DRAIN_S`: it finishes what it is
 at.
 """
