@@ -30,7 +30,7 @@ SHORT = {
 """Where a path that begins with the name of a crate or of a Python package may lead."""
 
 NAME = r"`[A-Za-z_][\w:.]*(?:\(\))?`"
-NAMES = rf"{NAME}(?:(?:,|,? and|,? then|,? or)\s+{NAME})*"
+NAMES = rf"{NAME}(?:(?:,|,? and|,? then|,? or| ->| →)\s+{NAME})*"
 LINKED = re.compile(rf"\[[^\]]+\]\((?P<path>[^)#:]+)\):\s+(?P<names>{NAMES})")
 QUOTED = re.compile(rf"`(?P<path>[\w{{}},-][\w./{{}},-]*)`:\s+(?P<names>{NAMES})")
 SUFFIXES = (".rs", ".py", ".toml", ".md", ".json5", ".sh", ".redb")

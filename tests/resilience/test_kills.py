@@ -92,7 +92,7 @@ class Mission:
     def fly(self, session: zenoh.Session, life: Life) -> None:
         """Goes on from where the daemon is, to the end."""
         vehicle = JsonVehicle(session, "auv", self.script.mission)
-        ask = Asking(vehicle, life)
+        ask = Requester(vehicle, life)
         if not self.configured:
             ask.once("op/configure", config(self.script.mission), "repeated_id", "illegal_transition")
             self.configured = True
@@ -124,7 +124,7 @@ class Mission:
             ask.once("op/complete", {"reason": "all is photographed"}, "illegal_transition")
         self.completed = True
 
-    def ingested(self, ask: "Asking", durable: int) -> int:
+    def ingested(self, ask: "Requester", durable: int) -> int:
         """The next event once those below `durable` are durable; remembers what the daemon has promised."""
         end = time.monotonic() + 30.0
         while True:
@@ -134,7 +134,7 @@ class Mission:
                 return int(status["next_seq"])
             assert time.monotonic() < end, f"{status}, but {durable} should be durable"
 
-    def decide(self, ask: "Asking", after: int) -> None:
+    def decide(self, ask: "Requester", after: int) -> None:
         decision = ask("rpc/decision", after=after, detail="full", mission=self.script.mission)
         text = plain(decision)
         assert decision["graph_seq"] == after + 1
@@ -142,8 +142,8 @@ class Mission:
 
 
 @dataclass
-class Asking:
-    """Asks with patience, as long as the daemon lives."""
+class Requester:
+    """Asks again until there is an answer, as long as the daemon lives."""
 
     vehicle: JsonVehicle
     life: Life
