@@ -81,20 +81,7 @@ class MissionStream(Events):
             raise
         self.resumed = 0 if store is None else len(store.entries)
         self._sender = sender
-        self._entities: list[zenoh.Subscriber[None] | zenoh.LivelinessToken] = [
-            session.subscribe(
-                wire.Topic.OUT_ACK, lambda sample: sender.enqueue(lambda: self._acknowledged(sample))
-            ),
-            session.subscribe(
-                wire.Topic.OUT_REJECTED, lambda sample: sender.enqueue(lambda: self._rejected(sample))
-            ),
-            session.subscribe_presence(
-                lambda present: sender.enqueue(
-                    sender.planner_appeared if present else sender.planner_disappeared
-                ),
-                history=False,
-            ),
-        ]
+        self._declarations = self._declare(session)
         sender.start()  # Now that what comes of it can be heard.
 
     @property
@@ -122,8 +109,8 @@ class MissionStream(Events):
         """Stops at once; what is not durable is sent no more. `flush` first, or use `with`."""
         self.closed = True
         self._sender.close()
-        while self._entities:
-            self._entities.pop().undeclare()  # type: ignore[no-untyped-call]
+        while self._declarations:
+            self._declarations.pop().undeclare()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
         return self
@@ -136,6 +123,23 @@ class MissionStream(Events):
                 self.flush()
         finally:
             self.close()
+
+    def _declare(self, session: VehicleSession) -> list[zenoh.Subscriber[None]]:
+        sender = self._sender
+        return [
+            session.subscribe(
+                wire.Topic.OUT_ACK, lambda sample: sender.enqueue(lambda: self._acknowledged(sample))
+            ),
+            session.subscribe(
+                wire.Topic.OUT_REJECTED, lambda sample: sender.enqueue(lambda: self._rejected(sample))
+            ),
+            session.subscribe_presence(
+                lambda present: sender.enqueue(
+                    sender.planner_appeared if present else sender.planner_disappeared
+                ),
+                history=False,
+            ),
+        ]
 
     def _post(
         self,

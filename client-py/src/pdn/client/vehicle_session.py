@@ -22,7 +22,7 @@ RETRY_FIRST_S = 0.02
 RETRY_LAST_S = 0.5
 """Pauses between questions that nobody answered, s, doubling from first to last."""
 
-BUSY_S = 0.05
+OVERLOADED_RETRY_S = 0.05
 """Pause before a planner that has no room for questions is asked again, s."""
 
 DENIED_S = 1.0
@@ -69,8 +69,8 @@ class VehicleSession:
         selector = self._selector(topic, parameters or {})
         deadline_s = time.monotonic() + timeout_s
         pause_s = RETRY_FIRST_S
-        no_room: Overloaded | None = None
-        looked = False
+        overloaded: Overloaded | None = None
+        presence_checked = False
         while (left_s := deadline_s - time.monotonic()) > 0.0:
             replies = self.zenoh_session.get(
                 selector,
@@ -80,21 +80,25 @@ class VehicleSession:
                 consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
-            no_room = None
+            overloaded = None
             for reply in replies:
                 try:
                     return self._read(reply, reply_kind, topic, timeout_s)
                 except Overloaded as error:
-                    no_room = error
-            wait_s = pause_s if no_room is None else BUSY_S
-            if no_room is None and not looked and deadline_s - time.monotonic() < timeout_s - DENIED_S:
-                looked = True
+                    overloaded = error
+            wait_s = pause_s if overloaded is None else OVERLOADED_RETRY_S
+            if (
+                overloaded is None
+                and not presence_checked
+                and deadline_s - time.monotonic() < timeout_s - DENIED_S
+            ):
+                presence_checked = True
                 if self.planner_is_alive():
                     raise self._not_allowed(topic)
             time.sleep(max(0.0, min(wait_s, deadline_s - time.monotonic())))
             pause_s = min(2.0 * pause_s, RETRY_LAST_S)
-        if no_room is not None:
-            raise no_room
+        if overloaded is not None:
+            raise overloaded
         if self.planner_is_alive():
             raise self._not_allowed(topic)
         raise PlannerAbsent(
