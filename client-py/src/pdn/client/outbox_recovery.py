@@ -1,16 +1,18 @@
-"""From an outbox on disk, and what the planner has, to the outbox that goes on."""
+"""Recovers the outbox of an earlier program from its file and from what the planner has of it."""
 
 from __future__ import annotations
 
 from .errors import MissionLost, TwoPublishers
 from .outbox import Outbox
 from .outbox_file import OutboxFile
-from .planner_side import Status
+from .transport import IngestStatus
 
 
-def resumed(store: OutboxFile, status: Status, window: int) -> Outbox:
-    """The outbox that goes on where the file ends. What the file has kept is sent again whatever the planner
-    has applied of it: a repeat counts for nothing, and one with other content tells of a second program.
+def recover_outbox(store: OutboxFile, status: IngestStatus, window: int) -> Outbox:
+    """The outbox that continues where the file ends.
+
+    What the file has kept is sent again whatever the planner has applied of it: a repeat counts for nothing,
+    and one with other content tells of a second program.
 
     Raises `MissionLost` if the planner lacks events that it had confirmed, and `TwoPublishers` if it has
     events that the file never had.

@@ -76,7 +76,7 @@ def summary(state: wire.MissionState) -> list[tuple[str, str]]:
     return rows + [("attention", finding) for finding in state.health.findings]
 
 
-def in_one_line(state: wire.MissionState) -> str:
+def one_line(state: wire.MissionState) -> str:
     """A mission for a log."""
     share = 100.0 * state.covered_m2 / state.target_m2 if state.target_m2 > 0.0 else 0.0
     ratio = "-" if state.uncertainty is None else f"{state.uncertainty:.3f}"

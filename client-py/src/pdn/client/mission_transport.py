@@ -1,4 +1,4 @@
-"""One mission's way to the planner: where its events stand, and sending the next one."""
+"""The transport of one mission's events: sending them, and asking which have arrived."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from collections.abc import Sequence
 from pdn import wire
 
 from .errors import MissionGap
-from .link import Link
 from .outbox import Entry
+from .vehicle_session import VehicleSession
 
-SETTLE_S = 2.0
+GAP_TIMEOUT_S = 2.0
 """How long events of an earlier sender may still be on their way, s."""
 
 
-class MissionLink:
-    """What the sender of one mission's events needs of the link."""
+class MissionTransport:
+    """See `Transport`."""
 
-    def __init__(self, link: Link, mission: str) -> None:
-        self._link = link
+    def __init__(self, session: VehicleSession, mission: str) -> None:
+        self._session = session
         self._mission = mission
 
     def send(self, entry: Entry) -> None:
         """Publishes an event."""
-        self._link.send(entry)
+        self._session.send(entry)
 
     def ingest(self, timeout_s: float) -> wire.IngestStatus:
         """Asks which events have arrived."""
         parameters = {"mission": self._mission}
-        return self._link.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters=parameters)
+        return self._session.ask(wire.Topic.RPC_INGEST, wire.IngestStatus, timeout_s, parameters=parameters)
 
 
-def settled_status(link: MissionLink, mission: str, timeout_s: float) -> wire.IngestStatus:
+def status_without_gaps(transport: MissionTransport, mission: str, timeout_s: float) -> wire.IngestStatus:
     """The status once nothing is on its way; a gap that stays can be closed by its first sender only."""
-    give_up_s = time.monotonic() + SETTLE_S
-    while (status := link.ingest(timeout_s)).buffered:
+    give_up_s = time.monotonic() + GAP_TIMEOUT_S
+    while (status := transport.ingest(timeout_s)).buffered:
         if time.monotonic() > give_up_s:
             raise MissionGap(
                 f"Mission {mission} has {status.buffered} events that wait for {_ranges(status.missing)}, "

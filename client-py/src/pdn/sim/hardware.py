@@ -1,4 +1,4 @@
-"""What a vehicle can do and measure: the only door between the vehicle and the world."""
+"""What a vehicle can do and measure: its hardware is all that stands between the vehicle and the world."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Registration:
     """5x5, rad: two direction components, then rotation."""
 
 
-class Plant(Protocol):
+class Hardware(Protocol):
     """A vehicle's thrusters, tilting camera and sensors."""
 
     def begin(self, body_from_camera: Pose) -> tuple[Pose, Reading]:

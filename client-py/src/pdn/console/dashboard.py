@@ -14,7 +14,7 @@ from rich.text import Text
 from pdn import wire
 from pdn.client import BadReply, PlannerPresence, Watched
 
-from . import words
+from . import formatting
 
 REMEMBERED = 6
 """Decisions, and refusals, that stay on the screen."""
@@ -33,7 +33,7 @@ COLOURS = {
 
 
 @dataclass
-class Screen:
+class Dashboard:
     """What is known about the vehicle, and how it looks."""
 
     vehicle: str
@@ -45,7 +45,7 @@ class Screen:
     refusals: deque[str] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     refused: int = 0
 
-    def take_in(self, item: Watched) -> bool:
+    def update(self, item: Watched) -> bool:
         """Takes in a publication; False for a state that repeats the one before."""
         clock = time.strftime("%H:%M:%S")
         match item:
@@ -54,10 +54,10 @@ class Screen:
                 self.state, self.state_at_s = item, time.monotonic()
                 return news
             case wire.Decision():
-                self.decisions.append(f"{clock}  {words.decision(item)}")
+                self.decisions.append(f"{clock}  {formatting.decision(item)}")
             case wire.Problem():
                 self.refused += 1
-                self.refusals.append(f"{clock}  {words.refusal(item)}")
+                self.refusals.append(f"{clock}  {formatting.refusal(item)}")
             case PlannerPresence(present=present):
                 news = present != self.planner_present
                 self.planner_present = present
@@ -78,7 +78,7 @@ class Screen:
         else:
             over = self.state.uncertainty is not None and self.state.uncertainty >= 1.0
             styles = {"phase": COLOURS.get(self.state.phase, ""), "uncertainty": "red" if over else "green"}
-            for heading, line in words.summary(self.state):
+            for heading, line in formatting.summary(self.state):
                 style = "bold red" if heading == "attention" else styles.get(heading, "")
                 table.add_row(heading, Text(line, style=style))
         return Panel(

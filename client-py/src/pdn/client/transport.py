@@ -1,4 +1,4 @@
-"""What the sender needs of the planner: a way to send, and one question; tests bring their own."""
+"""What the sender needs of the network: a way to send, and one question; tests bring their own."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Protocol
 from .outbox import Entry
 
 
-class Status(Protocol):
+class IngestStatus(Protocol):
     """What `rpc/ingest` answers: `pdn.wire.IngestStatus`."""
 
     @property
@@ -23,11 +23,11 @@ class Status(Protocol):
         """Events refused so far."""
 
 
-class Link(Protocol):
-    """The way to the planner."""
+class Transport(Protocol):
+    """Carries one mission's events to the planner."""
 
     def send(self, entry: Entry) -> None:
         """Publishes an event; may block while the link is slow."""
 
-    def ingest(self, timeout_s: float) -> Status:
+    def ingest(self, timeout_s: float) -> IngestStatus:
         """Asks which events have arrived; raises a `PdnError`."""

@@ -3,8 +3,8 @@
 import pytest
 
 from pdn import wire
+from pdn.console.formatting import BAR_CELLS, bar, sigmas
 from pdn.console.tables import raster
-from pdn.console.words import BAR_CELLS, bar, sigmas
 
 
 @pytest.mark.parametrize(

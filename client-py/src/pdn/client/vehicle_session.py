@@ -22,18 +22,18 @@ RETRY_FIRST_S = 0.02
 RETRY_LAST_S = 0.5
 """Pauses between questions that nobody answered, s, doubling from first to last."""
 
-BUSY_S = 0.05
+OVERLOADED_RETRY_S = 0.05
 """Pause before a planner that has no room for questions is asked again, s."""
 
 DENIED_S = 1.0
 """A planner that is there and has not heard a question for so long is kept from hearing it, s."""
 
 ANSWER_MARGIN_S = 0.25
-"""How long before the asker gives up the planner is told to answer, s."""
+"""How long before the time-out the planner is told to answer, s."""
 
 
-class Link:
-    """What a vehicle, or a console of its operator, says and hears."""
+class VehicleSession:
+    """What a vehicle, or a console of its operator, publishes, asks and subscribes to."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Link:
         certificate: Certificate | None = None,
     ) -> None:
         self.certificate = certificate
-        self.session = session
+        self.zenoh_session = session
         self.vehicle = vehicle
         self.endpoint = endpoint
         self.form = form
@@ -69,10 +69,10 @@ class Link:
         selector = self._selector(topic, parameters or {})
         deadline_s = time.monotonic() + timeout_s
         pause_s = RETRY_FIRST_S
-        no_room: Overloaded | None = None
-        looked = False
+        overloaded: Overloaded | None = None
+        presence_checked = False
         while (left_s := deadline_s - time.monotonic()) > 0.0:
-            replies = self.session.get(
+            replies = self.zenoh_session.get(
                 selector,
                 timeout=left_s,
                 payload=payload,
@@ -80,45 +80,49 @@ class Link:
                 consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
-            no_room = None
+            overloaded = None
             for reply in replies:
                 try:
                     return self._read(reply, reply_kind, topic, timeout_s)
                 except Overloaded as error:
-                    no_room = error
-            wait_s = pause_s if no_room is None else BUSY_S
-            if no_room is None and not looked and deadline_s - time.monotonic() < timeout_s - DENIED_S:
-                looked = True
-                if self.planner_is_announced():
+                    overloaded = error
+            wait_s = pause_s if overloaded is None else OVERLOADED_RETRY_S
+            if (
+                overloaded is None
+                and not presence_checked
+                and deadline_s - time.monotonic() < timeout_s - DENIED_S
+            ):
+                presence_checked = True
+                if self.planner_is_alive():
                     raise self._not_allowed(topic)
             time.sleep(max(0.0, min(wait_s, deadline_s - time.monotonic())))
             pause_s = min(2.0 * pause_s, RETRY_LAST_S)
-        if no_room is not None:
-            raise no_room
-        if self.planner_is_announced():
+        if overloaded is not None:
+            raise overloaded
+        if self.planner_is_alive():
             raise self._not_allowed(topic)
         raise PlannerAbsent(
-            f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._why_nobody_answers()}"
+            f"Nobody answers {wire.key(self.vehicle, topic)} at {self.endpoint}: {self._absence_reason()}"
         )
 
     def send(self, entry: Entry) -> None:
         """Publishes an event. On a broken link it vanishes, which the sender notices."""
         with contextlib.suppress(zenoh.ZError):
-            self.session.put(
+            self.zenoh_session.put(
                 entry.key,
                 entry.payload,
                 encoding=entry.encoding,
                 congestion_control=zenoh.CongestionControl.BLOCK,
             )
 
-    def demand_listener(self, topic: wire.Topic, timeout_s: float = 2.0) -> None:
+    def require_subscriber(self, topic: wire.Topic, timeout_s: float = 2.0) -> None:
         """Makes sure that somebody takes what is published there; raises `NotAllowed`.
 
         Publications that access rules keep away vanish without a word, but so does then the daemon's word
         that it listens, and that can be seen.
         """
         key = wire.key(self.vehicle, topic)
-        publisher = self.session.declare_publisher(key)
+        publisher = self.zenoh_session.declare_publisher(key)
         try:
             give_up_s = time.monotonic() + timeout_s
             while not publisher.matching_status.matching:  # type: ignore[attr-defined]
@@ -129,22 +133,24 @@ class Link:
             publisher.undeclare()  # type: ignore[no-untyped-call]
 
     def subscribe(
-        self, topic: wire.Topic, hand_over: Callable[[zenoh.Sample], None]
+        self, topic: wire.Topic, callback: Callable[[zenoh.Sample], None]
     ) -> zenoh.Subscriber[None]:
-        """Hears the planner's publications; `hand_over` runs on a thread of Zenoh and must not block."""
-        return self.session.declare_subscriber(wire.key(self.vehicle, topic), hand_over)
+        """Hears the planner's publications; `callback` runs on a thread of Zenoh and must not block."""
+        return self.zenoh_session.declare_subscriber(wire.key(self.vehicle, topic), callback)
 
-    def watch_planner(self, hand_over: Callable[[bool], None], *, history: bool) -> zenoh.Subscriber[None]:
+    def subscribe_presence(
+        self, callback: Callable[[bool], None], *, history: bool
+    ) -> zenoh.Subscriber[None]:
         """Hears the planner come (True) and go (False); with `history` also that it is there already."""
-        return self.session.liveliness().declare_subscriber(
+        return self.zenoh_session.liveliness().declare_subscriber(
             wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER),
-            lambda sample: hand_over(sample.kind == zenoh.SampleKind.PUT),
+            lambda sample: callback(sample.kind == zenoh.SampleKind.PUT),
             history=history,
         )
 
-    def planner_is_announced(self, timeout_s: float = 1.0) -> bool:
+    def planner_is_alive(self, timeout_s: float = 1.0) -> bool:
         """Whether the planner's liveliness token is seen."""
-        tokens = self.session.liveliness().get(
+        tokens = self.zenoh_session.liveliness().get(
             wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER), timeout=timeout_s
         )
         return any(reply.ok is not None for reply in tokens)
@@ -174,8 +180,8 @@ class Link:
             f"{wire.key(self.vehicle, topic)}: {why_not_allowed(topic, self.certificate)}"
         )
 
-    def _why_nobody_answers(self) -> str:
-        if self.session.is_closed() or not any(self.session.info.routers_zid()):
+    def _absence_reason(self) -> str:
+        if self.zenoh_session.is_closed() or not any(self.zenoh_session.info.routers_zid()):
             return "the connection to the daemon is gone. Is it still running?"
         return (
             "the daemon is there, but no planner has announced itself for this vehicle. "
