@@ -71,12 +71,6 @@ impl Elimination {
         Ok(elimination)
     }
 
-    /// Eliminates the whole system again on the tree as it is. Errors: as of [`Elimination::of`].
-    pub fn eliminate_again(&mut self) -> Result<(), KernelError> {
-        let all: Vec<u32> = (0..self.len() as u32).collect();
-        self.tree.refresh(&self.system, &all, &mut self.scratch).map(|_| ())
-    }
-
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.system.len()
