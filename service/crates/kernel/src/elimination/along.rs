@@ -11,8 +11,9 @@ use super::variables::{Combination, Variables, Way};
 use super::virtual_path::{LinkWeight, VirtualPath};
 
 impl Workspace {
-    /// Covariance of each virtual node 1 to n, after `terminal` with `record` and the same weight.
-    pub(super) fn along(&self, ground: Ground, path: &VirtualPath, weight: LinkWeight) -> Vec<Matrix6<f64>> {
+    /// Covariance of each virtual node 1 to n with links weighed by their probabilities, after `terminal` so and with
+    /// `record`.
+    pub(super) fn along(&self, ground: Ground, path: &VirtualPath) -> Vec<Matrix6<f64>> {
         let variables = self.attachment.variables(ground.system.len() as u32);
         let chain = &self.attachment.chain;
         let mut covariances = vec![Matrix6::zeros(); path.nodes() as usize];
@@ -21,7 +22,7 @@ impl Workspace {
         chain.gaps.iter().for_each(|gap| has_gap[gap.next_kept as usize] = true);
         let robot_wanted = has_gap[0];
         let is_wanted = |id| id >= variables.base || (robot_wanted && id == path.robot.0);
-        self.descend(ground, weight, is_wanted, |ids, frontal, covariance| {
+        self.descend(ground, is_wanted, |ids, frontal, covariance| {
             let front = FrontRows { ids, covariance };
             for &id in &ids[..frontal] {
                 let kept = if id >= variables.base { variables.kept_of(id) } else { None };
@@ -55,12 +56,11 @@ impl Workspace {
     fn descend(
         &self,
         ground: Ground,
-        weight: LinkWeight,
         is_wanted: impl Fn(u32) -> bool,
         mut visit: impl FnMut(&[u32], usize, &FrontCovariance),
     ) {
         let count = self.attachment.touched.len();
-        let result = |index| self.result(ground.tree, weight, index);
+        let result = |index| self.result(ground.tree, LinkWeight::Expected, index);
         let mut needed = vec![false; count];
         for index in 0..count {
             let FrontResult { ids, frontal, .. } = result(index);

@@ -8,7 +8,7 @@ use super::chain::Chain;
 use super::homes::{self, TOP};
 use super::tree::Tree;
 use super::variables::Variables;
-use super::virtual_path::{VirtualLink, VirtualPath};
+use super::virtual_path::VirtualPath;
 use crate::KernelError;
 
 /// A path on a tree. Kept places are those that are left after the ones without links are taken out.
@@ -66,19 +66,17 @@ pub(super) struct Rows {
 }
 
 impl Attachment {
-    /// Finds what the path touches, with the links that `counts` lets count. `previous` is the path that was attached
-    /// before in the same way, if results for it are to serve again.
+    /// Finds what the path touches. `previous` is the path that was attached before, if results for it are to serve again.
     pub(super) fn attach(
         &mut self,
         tree: &Tree,
         nodes: u32,
         path: &VirtualPath,
-        counts: impl Fn(&VirtualLink) -> bool,
         previous: Option<&VirtualPath>,
     ) -> Result<(), KernelError> {
         self.forget_touched();
         self.is_linked.clear();
-        self.is_linked.extend(path.places.iter().map(|place| place.links.iter().any(&counts)));
+        self.is_linked.extend(path.places.iter().map(|place| !place.links.is_empty()));
         self.chain.reduce(path, &self.is_linked)?;
         self.kept_of.clear();
         self.kept_of.resize(path.places.len(), NONE);
@@ -88,7 +86,7 @@ impl Attachment {
 
         self.anchors.clear();
         self.anchors.push((0, tree.front_of(path.robot.0)));
-        for (place, link) in path.links().filter(|(_, link)| counts(link)) {
+        for (place, link) in path.links() {
             self.anchors.push((self.kept_of[place as usize], tree.front_of(link.keyframe.0)));
         }
         homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
@@ -97,7 +95,7 @@ impl Attachment {
         let place = &self.place;
         self.links.clear();
         for (number, virtual_place) in (0..).zip(&path.places) {
-            for (index, link) in (0..).zip(&virtual_place.links).filter(|(_, link)| counts(link)) {
+            for (index, link) in (0..).zip(&virtual_place.links) {
                 let front = place[tree.front_of(link.keyframe.0) as usize];
                 self.links.push(LinkAt { front, place: number, index });
             }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 
 use super::engine::Elimination;
-use super::expected::{self, Workspace};
+use super::expected::{self, Ground, Workspace};
 use super::virtual_path::{ExpectedCovariances, LinkWeight, VirtualPath};
 use crate::KernelError;
 
@@ -25,27 +25,28 @@ impl<'a> Candidates<'a> {
 
     /// Sigma_nn of a path with its links weighed by their probabilities \[PDN12, eq. 4\]. Exact.
     ///
-    /// Cost: the fronts that hold a linked keyframe and those above them, as far as not shared. Errors: as of
-    /// [`Elimination::expected_covariance`].
+    /// Cost: the fronts that hold a linked keyframe and those above them, as far as not shared. The elimination stays as it
+    /// is. Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
+    /// [`KernelError::VirtualNotPositiveDefinite`] for information that is not positive definite.
     pub fn terminal(&mut self, path: &VirtualPath) -> Result<Matrix6<f64>, KernelError> {
         self.attach(path)?;
-        self.workspace.terminal(self.elimination.ground(), path, LinkWeight::Expected, false)
+        self.workspace.terminal(self.ground(), path, LinkWeight::Expected, false)
     }
 
     /// All covariances that a decision tells of a path. What the path touches is found once, and without links the
     /// robot's covariance is all that is needed of the graph.
     ///
-    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Elimination::expected_covariance`].
+    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Candidates::terminal`].
     pub fn covariances(
         &mut self,
         path: &VirtualPath,
         robot_covariance: &Matrix6<f64>,
     ) -> Result<ExpectedCovariances, KernelError> {
         self.attach(path)?;
-        let ground = self.elimination.ground();
+        let ground = self.ground();
         let terminal_all_links = self.workspace.terminal(ground, path, LinkWeight::All, false)?;
         let terminal = self.workspace.terminal(ground, path, LinkWeight::Expected, true)?;
-        let along = self.workspace.along(ground, path, LinkWeight::Expected);
+        let along = self.workspace.along(ground, path);
         let terminal_no_links = expected::terminal_without_links(path, robot_covariance)?;
         Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
@@ -53,9 +54,24 @@ impl<'a> Candidates<'a> {
     fn attach(&mut self, path: &VirtualPath) -> Result<(), KernelError> {
         // Until it is attached nothing is known to be shared with it.
         let previous = self.previous.take();
-        self.elimination.check_path(path)?;
-        self.workspace.attach(self.elimination.ground(), path, |_| true, previous.as_ref())?;
+        self.check(path)?;
+        self.workspace.attach(self.ground(), path, previous.as_ref())?;
         self.previous = Some(path.clone());
         Ok(())
+    }
+
+    fn check(&self, path: &VirtualPath) -> Result<(), KernelError> {
+        let places = path.places.len();
+        let is_wrong = |&place: &usize| path.places[place].steps.is_some() != (place > 0);
+        let wrong_step = (0..places).find(is_wrong);
+        if places < 2 || wrong_step.is_some() {
+            return Err(KernelError::PathShape { places, wrong_step });
+        }
+        self.elimination.check(path.robot)?;
+        path.links().try_for_each(|(_, link)| self.elimination.check(link.keyframe))
+    }
+
+    fn ground(&self) -> Ground<'a> {
+        Ground { tree: self.elimination.tree(), system: self.elimination.system() }
     }
 }

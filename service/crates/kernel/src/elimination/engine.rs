@@ -2,13 +2,11 @@
 
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
-use super::expected::{Ground, Workspace};
 use super::marginals;
 use super::solution::Solution;
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
 use super::tree_state::{Ordered, TreeState};
-use super::virtual_path::{ExpectedCovariance, LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
 /// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
@@ -132,27 +130,6 @@ impl Elimination {
         Ok(covariances)
     }
 
-    /// Covariance of the last virtual node of a path (and, if `along`, of each node on it) as if it were driven:
-    /// Sigma_nn of Lambda_0 plus the path's information \[PDN12, eq. 4\]. Exact.
-    ///
-    /// Cost: the fronts that hold a linked keyframe, and those above them. The elimination stays as it is.
-    /// Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
-    /// [`KernelError::VirtualNotPositiveDefinite`] for information that is not positive definite.
-    pub fn expected_covariance(
-        &self,
-        path: &VirtualPath,
-        weight: LinkWeight,
-        along: bool,
-        workspace: &mut Workspace,
-    ) -> Result<ExpectedCovariance, KernelError> {
-        self.check_path(path)?;
-        let ground = self.ground();
-        workspace.attach(ground, path, |link| weight.of(link) > 0.0, None)?;
-        let terminal = workspace.terminal(ground, path, weight, along)?;
-        let along = if along { workspace.along(ground, path, weight) } else { Vec::new() };
-        Ok(ExpectedCovariance { terminal, along })
-    }
-
     /// Size and cost of this elimination. Cost: a visit to each front.
     pub fn statistics(&self) -> Statistics {
         let mut statistics = Statistics {
@@ -268,22 +245,12 @@ impl Elimination {
         Update { visited, eliminated_fronts: fronts.len(), eliminated_nodes }
     }
 
-    pub(super) fn ground(&self) -> Ground<'_> {
-        Ground { tree: &self.tree, system: &self.system }
+    pub(super) fn tree(&self) -> &Tree {
+        &self.tree
     }
 
-    pub(super) fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
-        let places = path.places.len();
-        let is_wrong = |&place: &usize| path.places[place].steps.is_some() != (place > 0);
-        let wrong_step = (0..places).find(is_wrong);
-        if places < 2 || wrong_step.is_some() {
-            return Err(KernelError::PathShape { places, wrong_step });
-        }
-        self.check(path.robot)?;
-        path.links().try_for_each(|(_, link)| self.check(link.keyframe))
-    }
-
-    fn check(&self, node: Node) -> Result<(), KernelError> {
+    /// Errors: [`KernelError::UnknownNode`].
+    pub(super) fn check(&self, node: Node) -> Result<(), KernelError> {
         if node.index() < self.len() {
             Ok(())
         } else {

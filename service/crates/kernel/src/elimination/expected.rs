@@ -11,7 +11,7 @@ use super::results::{FrontResult, Results};
 use super::system::BlockSystem;
 use super::tree::Tree;
 use super::variables::Variables;
-use super::virtual_path::{LinkWeight, VirtualLink, VirtualPath};
+use super::virtual_path::{LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
 /// Buffers that expected covariances are computed in; one a thread, reused from call to call.
@@ -46,12 +46,11 @@ impl Workspace {
         &mut self,
         ground: Ground,
         path: &VirtualPath,
-        counts: impl Fn(&VirtualLink) -> bool,
         previous: Option<&VirtualPath>,
     ) -> Result<(), KernelError> {
         self.previous = if previous.is_some() { self.number } else { 0 };
         self.number += 1;
-        self.attachment.attach(ground.tree, ground.system.len() as u32, path, counts, previous)
+        self.attachment.attach(ground.tree, ground.system.len() as u32, path, previous)
     }
 
     /// Covariance of the terminal node of the path that is attached, its links weighed so; the last front that is

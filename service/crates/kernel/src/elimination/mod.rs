@@ -57,8 +57,6 @@ pub use engine::{Elimination, Statistics};
 pub use expected::Workspace;
 pub use system::BlockSystem;
 pub use tree_state::{FrontState, Ordered, TreeState};
-pub use virtual_path::{
-    ExpectedCovariance, ExpectedCovariances, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
-};
+pub use virtual_path::{ExpectedCovariances, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps};
 
 pub(crate) use solution::Solution;

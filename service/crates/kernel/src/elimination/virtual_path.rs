@@ -115,39 +115,27 @@ impl VirtualPath {
 
 /// How links count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LinkWeight {
+pub(super) enum LinkWeight {
     /// Each link by its probability: expected information, \[PDN12, eq. 3\].
     Expected,
     /// Each link as if it succeeded.
     All,
-    /// No link at all.
-    None,
 }
 
 impl LinkWeight {
     /// The factor by which this link's information is scaled.
-    pub fn of(self, link: &VirtualLink) -> f64 {
+    pub(super) fn of(self, link: &VirtualLink) -> f64 {
         match self {
             LinkWeight::Expected => link.probability,
             LinkWeight::All => 1.0,
-            LinkWeight::None => 0.0,
         }
     }
-}
-
-/// Covariances at the end of a path and along it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExpectedCovariance {
-    /// Sigma_nn, the covariance of the last virtual node, `[rho; phi]`.
-    pub terminal: Matrix6<f64>,
-    /// Covariance of each virtual node 1 to n in the same inverse; empty unless asked for.
-    pub along: Vec<Matrix6<f64>>,
 }
 
 /// Covariances at the end of a path for each way in which its links may count, and along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpectedCovariances {
-    /// Sigma_nn with each link weighed by its probability.
+    /// Sigma_nn, the covariance of the last virtual node, `[rho; phi]`, with each link weighed by its probability.
     pub terminal: Matrix6<f64>,
     /// Sigma_nn with every link registered.
     pub terminal_all_links: Matrix6<f64>,

@@ -4,9 +4,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
-use pdn_kernel::elimination::{
-    BlockSystem, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
-};
+use pdn_kernel::elimination::{BlockSystem, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps};
 use pdn_kernel::information::PairInformation;
 use pdn_kernel::{Node, Pose};
 
@@ -201,7 +199,11 @@ pub fn random_path(keyframes: usize, places: usize, links: usize, random: &mut R
 }
 
 /// Lambda_0 plus the path's information, dense, virtual nodes at the end.
-pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWeight) -> DMatrix<f64> {
+pub fn dense_with_path(
+    system: &BlockSystem,
+    path: &VirtualPath,
+    weight: impl Fn(&VirtualLink) -> f64,
+) -> DMatrix<f64> {
     let (lambda, _) = dense(system);
     let (keyframes, count) = (system.len(), path.nodes() as usize);
     let mut matrix = DMatrix::zeros(6 * (keyframes + count), 6 * (keyframes + count));
@@ -223,7 +225,7 @@ pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWei
     }
     for (place, link) in path.links() {
         for node in path.nodes_at(place).into_iter().flatten() {
-            add(link.keyframe.index(), row(node as usize), &link.information, weight.of(link));
+            add(link.keyframe.index(), row(node as usize), &link.information, weight(link));
         }
     }
     for node in 1..=count {
