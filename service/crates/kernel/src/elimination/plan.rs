@@ -1,8 +1,7 @@
 //! From the nodes of dissolved fronts to the fronts that replace them.
 
 use super::assembly::NONE;
-use super::dissection;
-use super::graph::Graph;
+use super::order::{Graph, nested_dissection};
 use super::symbolic::{self, Part, SymbolicFront};
 use super::system::BlockSystem;
 use super::tree::Tree;
@@ -37,9 +36,9 @@ impl Tree {
         }
         let last = (nodes.last() == Some(&(system.len() as u32 - 1))).then(|| nodes.len() as u32 - 1);
         let order = if separators.is_empty() {
-            dissection::order(&Graph::unweighted(offsets.clone(), targets.clone()), last)
+            nested_dissection(&Graph::unweighted(offsets.clone(), targets.clone()), last)
         } else {
-            dissection::order(&with_cliques(&offsets, &targets, &separators), last)
+            nested_dissection(&with_cliques(&offsets, &targets, &separators), last)
         };
         symbolic::analyse(&Part { order: &order, offsets: &offsets, targets: &targets, orphans: &separators })
     }

@@ -2,10 +2,10 @@
 
 use nalgebra::Matrix6;
 
-use super::engine::Elimination;
 use super::expected::{self, Ground, Workspace};
 use super::virtual_path::{ExpectedCovariances, LinkWeight, VirtualPath};
 use crate::KernelError;
+use crate::elimination::engine::Elimination;
 
 /// Evaluates paths from the robot over one elimination. Where a path begins as the one before it does, the
 /// fronts that only the common places touch are not eliminated again; the numbers are the same bit for bit. So paths

@@ -2,12 +2,12 @@
 
 use nalgebra::Matrix6;
 
-use super::assembly::Assembly;
 use super::attachment::{Attachment, LinkAt};
 use super::chain::Join;
 use super::homes::TOP;
 use super::variables::{Combination, Variables, Way};
 use super::virtual_path::{LinkWeight, VirtualPath};
+use crate::elimination::assembly::Assembly;
 use crate::information::PairInformation;
 
 /// A path's information with its links weighed in one way.

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::attachment::{Attachment, Rows};
 use super::homes::{self, TOP};
-use super::tree::Tree;
 use super::variables::Variables;
+use crate::elimination::tree::Tree;
 
 impl Attachment {
     /// Fills `rows` and `ids`, touched front by touched front.

@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
-use super::assembly::NONE;
 use super::chain::Chain;
 use super::homes::{self, TOP};
-use super::tree::Tree;
 use super::variables::Variables;
 use super::virtual_path::VirtualPath;
 use crate::KernelError;
+use crate::elimination::assembly::NONE;
+use crate::elimination::tree::Tree;
 
 /// A path on a tree. Kept places are those that are left after the ones without links are taken out.
 #[derive(Debug, Default)]

@@ -2,13 +2,13 @@
 
 use nalgebra::Matrix6;
 
-use super::assembly::NONE;
 use super::chain::PairCovariance;
 use super::expected::{Ground, Workspace};
 use super::results::FrontResult;
-use super::takahashi::FrontCovariance;
 use super::variables::{Combination, Variables, Way};
 use super::virtual_path::{LinkWeight, VirtualPath};
+use crate::elimination::assembly::NONE;
+use crate::elimination::takahashi::FrontCovariance;
 
 impl Workspace {
     /// Covariance of each virtual node 1 to n with links weighed by their probabilities, after `terminal` so and with

@@ -2,9 +2,9 @@
 
 use nalgebra::Matrix6;
 
-use super::positive_definite;
 use super::virtual_path::VirtualPath;
 use crate::KernelError;
+use crate::elimination::positive_definite;
 use crate::information::PairInformation;
 
 /// A path of which only the places with links, and the last, are left.

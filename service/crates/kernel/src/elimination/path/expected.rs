@@ -2,16 +2,16 @@
 
 use nalgebra::Matrix6;
 
-use super::assembly::Assembly;
 use super::attachment::Attachment;
 use super::contribution::Contribution;
 use super::homes::TOP;
-use super::positive_definite;
 use super::results::{FrontResult, Results};
-use super::system::BlockSystem;
-use super::tree::Tree;
 use super::variables::Variables;
 use super::virtual_path::{LinkWeight, VirtualPath};
+use crate::elimination::assembly::Assembly;
+use crate::elimination::positive_definite;
+use crate::elimination::system::BlockSystem;
+use crate::elimination::tree::Tree;
 use crate::{KernelError, Node};
 
 /// Buffers that expected covariances are computed in; one a thread, reused from call to call.

@@ -1,7 +1,7 @@
 //! At which front each place of a path is eliminated.
 
-use super::assembly::NONE;
-use super::tree::Tree;
+use crate::elimination::assembly::NONE;
+use crate::elimination::tree::Tree;
 
 /// The place above all roots, where the terminal node is eliminated.
 pub(super) const TOP: u32 = NONE;

@@ -1,0 +1,28 @@
+//! Paths that have not been driven yet: the covariance at their end, as if their virtual nodes were in the graph.
+//!
+//! Reading order: `virtual_path` (what is asked), `candidates` (many paths over one elimination), `expected` (the
+//! elimination of one), `along` (the covariance of every node). A path on the tree: `chain` (places without links, taken
+//! out first), `variables` (the unknowns of the others), `attachment`, `homes` and `layout` (where they enter the tree),
+//! `contribution` (what they add to it), `results` (what the path before has left).
+
+mod virtual_path;
+
+mod candidates;
+
+mod expected;
+
+mod along;
+
+mod chain;
+mod variables;
+
+mod attachment;
+mod homes;
+mod layout;
+
+mod contribution;
+mod results;
+
+pub use candidates::Candidates;
+pub use expected::Workspace;
+pub use virtual_path::{ExpectedCovariances, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps};
