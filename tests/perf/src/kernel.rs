@@ -1,7 +1,7 @@
 //! Every call of the kernel that is measured. What follows a change of the kernel's interface is in this file alone.
 
 use nalgebra::{Matrix5, Matrix6, Vector5, Vector6};
-use pdn_kernel::elimination::Candidates;
+use pdn_kernel::elimination::PathEvaluator;
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{Factor, se3};
 use serde::Serialize;
@@ -159,10 +159,10 @@ pub fn evaluate(
     workspace: &mut Workspace,
 ) -> Result<Vec<(Matrix6<f64>, f64)>, KernelError> {
     let robot = elimination.marginal(Node(elimination.len() as u32 - 1))?;
-    let mut candidates = Candidates::new(elimination, workspace);
+    let mut evaluator = PathEvaluator::new(elimination, workspace);
     let mut evaluate = |path| match wanted {
-        Wanted::Terminal => candidates.terminal(path),
-        Wanted::Variants => candidates.covariances(path, &robot).map(|found| found.terminal),
+        Wanted::Terminal => evaluator.terminal(path),
+        Wanted::Variants => evaluator.covariances(path, &robot).map(|found| found.terminal),
     };
     let each = group.iter().map(|path| {
         let (terminal, ms) = timed(|| evaluate(path));

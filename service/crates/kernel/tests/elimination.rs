@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix6;
 use pdn_kernel::elimination::{
-    BlockSystem, Candidates, Elimination, VirtualLink, VirtualPath, VirtualPlace, Workspace,
+    BlockSystem, Elimination, PathEvaluator, VirtualLink, VirtualPath, VirtualPlace, Workspace,
 };
 use pdn_kernel::{KernelError, Node};
 use support::*;
@@ -91,9 +91,9 @@ fn expected_covariances_equal_the_dense_inverse() {
             let count = path.nodes() as usize;
             let robot = elimination.marginal(path.robot).expect(&what);
             let what = format!("{what}, {places} places, {links} links");
-            let mut candidates = Candidates::new(&elimination, &mut workspace);
-            let found = candidates.covariances(&path, &robot).expect(&what);
-            let terminal = Candidates::new(&elimination, &mut workspace).terminal(&path).expect(&what);
+            let mut evaluator = PathEvaluator::new(&elimination, &mut workspace);
+            let found = evaluator.covariances(&path, &robot).expect(&what);
+            let terminal = PathEvaluator::new(&elimination, &mut workspace).terminal(&path).expect(&what);
             assert_eq!(terminal, found.terminal, "{what}");
             let expected = |weight: Weight| inverse(dense_with_path(elimination.system(), &path, weight));
             let last = elimination.len() + count - 1;
@@ -141,13 +141,13 @@ fn common_beginnings_are_eliminated_once_and_change_no_bit() {
             paths.push(branch(last, shared.min(last.last_place()), elsewhere, is_same));
         }
         paths.push(paths.last().expect("not empty").clone());
-        let mut candidates = Candidates::new(&elimination, &mut in_turn);
+        let mut evaluator = PathEvaluator::new(&elimination, &mut in_turn);
         for (index, path) in paths.iter().enumerate() {
-            let mut fresh = Candidates::new(&elimination, &mut alone);
+            let mut fresh = PathEvaluator::new(&elimination, &mut alone);
             let expected = fresh.covariances(path, &robot).expect("anchored");
-            let found = candidates.covariances(path, &robot).expect("anchored");
+            let found = evaluator.covariances(path, &robot).expect("anchored");
             assert_eq!(found, expected, "shape {kind}, path {index}");
-            assert_eq!(candidates.terminal(path).expect("anchored"), expected.terminal);
+            assert_eq!(evaluator.terminal(path).expect("anchored"), expected.terminal);
         }
     }
     // Three eliminations a path against two: 1.5 if nothing were shared.
@@ -162,13 +162,13 @@ fn an_elimination_is_the_same_after_a_candidate() {
     let path = random_path(100, 20, 10, &mut random);
     let robot = elimination.marginal(path.robot).expect("anchored");
     let mut workspace = Workspace::default();
-    Candidates::new(&elimination, &mut workspace)
+    PathEvaluator::new(&elimination, &mut workspace)
         .terminal(&random_path(100, 9, 20, &mut random))
         .expect("anchored");
-    let first = Candidates::new(&elimination, &mut workspace).covariances(&path, &robot);
+    let first = PathEvaluator::new(&elimination, &mut workspace).covariances(&path, &robot);
     assert_eq!(elimination.marginals(), before);
     // A used workspace gives the same bits as a new one.
-    let again = Candidates::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
+    let again = PathEvaluator::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
     assert_eq!(first, again);
 }
 
@@ -210,7 +210,7 @@ fn negative_information_of_a_path_is_an_error_with_its_node() {
     for links in [0, 30] {
         let mut path = random_path(30, 6, links, &mut random);
         Arc::make_mut(&mut path.places[2]).unary = -1e3 * random.positive();
-        let found = Candidates::new(&elimination, &mut Workspace::default()).terminal(&path);
+        let found = PathEvaluator::new(&elimination, &mut Workspace::default()).terminal(&path);
         match found.expect_err("its information is negative") {
             KernelError::VirtualNotPositiveDefinite { pivot, .. } => assert!(pivot < 0.0, "{pivot:e}"),
             other => panic!("{other}"),
@@ -225,7 +225,7 @@ fn bad_paths_are_refused() {
     let path = random_path(5, 3, 2, &mut random);
     let mut workspace = Workspace::default();
     let mut refused =
-        |path: VirtualPath| Candidates::new(&elimination, &mut workspace).terminal(&path).is_err();
+        |path: VirtualPath| PathEvaluator::new(&elimination, &mut workspace).terminal(&path).is_err();
     assert!(!refused(path.clone()));
     let mut short = path.clone();
     short.places.truncate(1);
@@ -259,7 +259,7 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
         assert_eq!(elimination.solve().len(), nodes);
         let path = random_path(nodes, 20, 10, &mut random);
         let robot = elimination.marginal(path.robot).expect("anchored");
-        let found = Candidates::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
+        let found = PathEvaluator::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
         assert_eq!(found.expect("anchored").along.len(), 40);
         // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves' own paths.
         assert!(elimination.statistics().height < 150, "{:?}", elimination.statistics());

@@ -6,7 +6,7 @@ use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
 use nalgebra::Matrix6;
 use pdn_kernel::Node;
-use pdn_kernel::elimination::{Candidates, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{PathEvaluator, VirtualLink, VirtualPath, Workspace};
 use pdn_kernel::se3::adjoint;
 use rayon::prelude::*;
 use std::cell::Cell;
@@ -75,8 +75,8 @@ pub fn expect_all(
     let all: Vec<&RoundTrip> = trips.iter().collect();
     let paths =
         |group: &[usize]| virtual_paths(snapshot, &group.iter().map(|&index| all[index]).collect::<Vec<_>>());
-    evaluate_all(snapshot, &all, &paths, pool, stop, |candidates, path, robot_covariance| {
-        let expected = candidates.covariances(path, robot_covariance)?;
+    evaluate_all(snapshot, &all, &paths, pool, stop, |evaluator, path, robot_covariance| {
+        let expected = evaluator.covariances(path, robot_covariance)?;
         Ok(Belief {
             terminal: expected.terminal,
             terminal_all_links: expected.terminal_all_links,
@@ -101,7 +101,7 @@ pub fn terminals(
 ) -> Result<Vec<Option<Matrix6<f64>>>, PlanningError> {
     let asked: Vec<&RoundTrip> = trips.iter().map(|&(_, trip)| trip).collect();
     let paths = |group: &[usize]| group.iter().map(|&index| outlook.path(trips[index].0)).collect();
-    evaluate_all(snapshot, &asked, &paths, pool, stop, |candidates, path, _| Ok(candidates.terminal(path)?))
+    evaluate_all(snapshot, &asked, &paths, pool, stop, |evaluator, path, _| Ok(evaluator.terminal(path)?))
 }
 
 /// What makes the paths of a group of trips, given their indices.
@@ -114,7 +114,7 @@ fn evaluate_all<T: Clone + Send>(
     paths: &Paths,
     pool: &rayon::ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
-    evaluate: impl Fn(&mut Candidates, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync,
+    evaluate: impl Fn(&mut PathEvaluator, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync,
 ) -> Result<Vec<Option<T>>, PlanningError> {
     let group_size = group_size(trips.len(), pool.current_num_threads());
     let mut order: Vec<usize> = (0..trips.len()).collect();
@@ -143,9 +143,9 @@ fn evaluate_group<T: Clone>(
     paths: &Paths,
     workspace: &mut Workspace,
     stop: &(dyn Fn() -> bool + Sync),
-    evaluate: &(impl Fn(&mut Candidates, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync),
+    evaluate: &(impl Fn(&mut PathEvaluator, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync),
 ) -> Result<Vec<Option<T>>, PlanningError> {
-    let mut candidates = Candidates::new(&snapshot.elimination, workspace);
+    let mut evaluator = PathEvaluator::new(&snapshot.elimination, workspace);
     let mut found = Vec::with_capacity(group.len());
     for made in group.chunks(PATHS_AT_ONCE) {
         if stop() {
@@ -158,7 +158,7 @@ fn evaluate_group<T: Clone>(
             found.push(if is_stopped {
                 None
             } else {
-                Some(evaluate(&mut candidates, path, &robot_covariance)?)
+                Some(evaluate(&mut evaluator, path, &robot_covariance)?)
             });
         }
     }

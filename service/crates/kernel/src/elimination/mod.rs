@@ -38,7 +38,7 @@ mod path;
 
 pub use engine::{Elimination, Statistics};
 pub use path::{
-    Candidates, ExpectedCovariances, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps, Workspace,
+    ExpectedCovariances, PathEvaluator, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps, Workspace,
 };
 pub use system::BlockSystem;
 pub use tree_state::{FrontState, Ordered, TreeState};

@@ -1,13 +1,13 @@
 //! Paths that have not been driven yet: the covariance at their end, as if their virtual nodes were in the graph.
 //!
-//! Reading order: `virtual_path` (what is asked), `candidates` (many paths over one elimination), `expected` (the
+//! Reading order: `virtual_path` (what is asked), `evaluator` (many paths over one elimination), `expected` (the
 //! elimination of one), `along` (the covariance of every node). A path on the tree: `chain` (places without links, taken
 //! out first), `variables` (the unknowns of the others), `attachment`, `homes` and `layout` (where they enter the tree),
 //! `contribution` (what they add to it), `results` (what the path before has left).
 
 mod virtual_path;
 
-mod candidates;
+mod evaluator;
 
 mod expected;
 
@@ -23,6 +23,6 @@ mod layout;
 mod contribution;
 mod results;
 
-pub use candidates::Candidates;
+pub use evaluator::PathEvaluator;
 pub use expected::Workspace;
 pub use virtual_path::{ExpectedCovariances, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps};

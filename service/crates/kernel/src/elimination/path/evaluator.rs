@@ -11,16 +11,16 @@ use crate::elimination::engine::Elimination;
 /// fronts that only the common places touch are not eliminated again; the numbers are the same bit for bit. So paths
 /// with common beginnings should follow one another.
 #[derive(Debug)]
-pub struct Candidates<'a> {
+pub struct PathEvaluator<'a> {
     elimination: &'a Elimination,
     workspace: &'a mut Workspace,
     previous: Option<VirtualPath>,
 }
 
-impl<'a> Candidates<'a> {
+impl<'a> PathEvaluator<'a> {
     /// Before the first path. The workspace may come from anywhere.
-    pub fn new(elimination: &'a Elimination, workspace: &'a mut Workspace) -> Candidates<'a> {
-        Candidates { elimination, workspace, previous: None }
+    pub fn new(elimination: &'a Elimination, workspace: &'a mut Workspace) -> PathEvaluator<'a> {
+        PathEvaluator { elimination, workspace, previous: None }
     }
 
     /// Sigma_nn of a path with its links weighed by their probabilities \[PDN12, eq. 4\]. Exact.
@@ -36,7 +36,7 @@ impl<'a> Candidates<'a> {
     /// All covariances that a decision tells of a path. What the path touches is found once, and without links the
     /// robot's covariance is all that is needed of the graph.
     ///
-    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`Candidates::terminal`].
+    /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`PathEvaluator::terminal`].
     pub fn covariances(
         &mut self,
         path: &VirtualPath,
