@@ -11,8 +11,8 @@ use crate::information::PairInformation;
 #[derive(Debug, Default)]
 pub(super) struct Chain {
     /// Places (1 to m) that are left, ascending; the last is m.
-    pub kept: Vec<u32>,
-    /// What joins each kept place to the one before it; before the first is place 0.
+    pub retained: Vec<u32>,
+    /// What joins each retained place to the one before it; before the first is place 0.
     pub joins: Vec<Join>,
     /// The places taken out, ascending.
     pub gaps: Vec<Gap>,
@@ -30,8 +30,8 @@ pub(super) struct Join {
 #[derive(Debug)]
 pub(super) struct Gap {
     pub place: u32,
-    /// Index in `kept` of the next kept place.
-    pub next_kept: u32,
+    /// Index in `retained` of the next retained place.
+    pub next_retained: u32,
     pub out: GapNode,
     pub back: GapNode,
 }
@@ -57,7 +57,7 @@ pub(super) struct PairCovariance {
 impl Chain {
     /// Takes out every place but the last that `is_linked` (by place) does not name.
     pub(super) fn reduce(&mut self, path: &VirtualPath, is_linked: &[bool]) -> Result<(), KernelError> {
-        self.kept.clear();
+        self.retained.clear();
         self.joins.clear();
         self.gaps.clear();
         let step = |place: usize| {
@@ -68,7 +68,7 @@ impl Chain {
         for (place, &is_linked) in is_linked.iter().enumerate().skip(1) {
             if is_linked || place as u32 == path.last_place() {
                 self.joins.push(join);
-                self.kept.push(place as u32);
+                self.retained.push(place as u32);
                 if (place as u32) < path.last_place() {
                     join = step(place + 1);
                 }
@@ -80,7 +80,7 @@ impl Chain {
             let (out, out_join) = take_out(&join.out, unary, &next.out, out_node)?;
             let (back, back_join) = take_out(&join.back, unary, &next.back, back_node)?;
             join = Join { out: out_join, back: back_join };
-            self.gaps.push(Gap { place: place as u32, next_kept: self.kept.len() as u32, out, back });
+            self.gaps.push(Gap { place: place as u32, next_retained: self.retained.len() as u32, out, back });
         }
         Ok(())
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix6;
 
-use super::expected::{self, Ground, Workspace};
 use super::virtual_path::{ExpectedCovariances, LinkWeight, VirtualPath};
+use super::workspace::{self, Ground, Workspace};
 use crate::KernelError;
 use crate::elimination::engine::Elimination;
 
@@ -47,7 +47,7 @@ impl<'a> PathEvaluator<'a> {
         let terminal_all_links = self.workspace.terminal(ground, path, LinkWeight::All, false)?;
         let terminal = self.workspace.terminal(ground, path, LinkWeight::Expected, true)?;
         let along = self.workspace.along(ground, path);
-        let terminal_no_links = expected::terminal_without_links(path, robot_covariance)?;
+        let terminal_no_links = workspace::terminal_without_links(path, robot_covariance)?;
         Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
 

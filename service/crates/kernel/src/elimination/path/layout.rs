@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::attachment::{Attachment, Rows};
-use super::homes::{self, TOP};
+use super::front_assignment::{self, TOP};
+use super::structure::{Attachment, Rows};
 use super::variables::Variables;
 use crate::elimination::tree::Tree;
 
@@ -30,26 +30,27 @@ impl Attachment {
             while let Some((_, ids)) = waiting.pop_if(|(child, _)| tree.parent(*child) == front) {
                 passing.extend_from_slice(&self.ids[ids]);
             }
-            for &(_, kept) in &self.homed[homed.clone()] {
-                match kept.checked_sub(1) {
+            for &(_, retained) in &self.homed[homed.clone()] {
+                match retained.checked_sub(1) {
                     Some(before) => passing.extend(variables.of(before)),
                     None => passing.push(variables.terminal()),
                 }
-                if kept + 1 < variables.kept {
-                    passing.extend(variables.of(kept + 1));
+                if retained + 1 < variables.retained {
+                    passing.extend(variables.of(retained + 1));
                 }
             }
             passing.sort_unstable();
             passing.dedup();
-            passing.retain(|&id| match variables.kept_of(id) {
-                Some(kept) => homes::is_above(tree, self.homes[kept as usize], front),
+            passing.retain(|&id| match variables.retained_of(id) {
+                Some(retained) => front_assignment::is_above(tree, self.homes[retained as usize], front),
                 None => front != TOP,
             });
 
             let start = self.ids.len();
             let shape = (front != TOP).then(|| &tree.front(front).shape);
             self.ids.extend(shape.iter().flat_map(|shape| &shape.frontal));
-            self.ids.extend(self.homed[homed.clone()].iter().flat_map(|&(_, kept)| variables.of(kept)));
+            self.ids
+                .extend(self.homed[homed.clone()].iter().flat_map(|&(_, retained)| variables.of(retained)));
             if front == TOP {
                 self.ids.push(variables.terminal());
             }

@@ -1,4 +1,4 @@
-//! What the elimination of touched fronts has left, kept from one path to the next.
+//! What the elimination of touched fronts has left, cached from one path to the next.
 
 use crate::elimination::assembly::Assembly;
 

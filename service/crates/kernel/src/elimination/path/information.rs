@@ -2,10 +2,10 @@
 
 use nalgebra::Matrix6;
 
-use super::attachment::{Attachment, LinkAt};
 use super::chain::Join;
-use super::homes::TOP;
-use super::variables::{Combination, Variables, Way};
+use super::front_assignment::TOP;
+use super::structure::{Attachment, LinkAt};
+use super::variables::{Combination, Leg, Variables};
 use super::virtual_path::{LinkWeight, VirtualPath};
 use crate::elimination::assembly::Assembly;
 use crate::information::PairInformation;
@@ -42,13 +42,14 @@ impl<'a> Contribution<'a> {
             self.add_link(assembly, link);
         }
         if attachment.robot_at == index as u32 {
-            let robot = variables.start(path.robot.0, Way::Out);
-            add_pair(assembly, &attachment.chain.joins[0].out, &robot, &variables.node(0, Way::Out));
+            let robot = variables.start(path.robot.0, Leg::Outbound);
+            add_pair(assembly, &attachment.chain.joins[0].out, &robot, &variables.node(0, Leg::Outbound));
         }
-        for &(_, kept) in &attachment.homed[rows.homed.clone()] {
-            let own = self.own[attachment.chain.kept[kept as usize] as usize] * variables.own_share(kept);
-            variables.of(kept).for_each(|id| assembly.add_diagonal(id, &own));
-            self.add_joins(assembly, index, kept);
+        for &(_, retained) in &attachment.homed[rows.homed.clone()] {
+            let own = self.own[attachment.chain.retained[retained as usize] as usize]
+                * variables.own_share(retained);
+            variables.of(retained).for_each(|id| assembly.add_diagonal(id, &own));
+            self.add_joins(assembly, index, retained);
         }
         if attachment.touched[index] == TOP {
             assembly.add_diagonal(variables.terminal(), &self.own[0]);
@@ -66,27 +67,27 @@ impl<'a> Contribution<'a> {
     }
 
     /// What joins a place that is eliminated here to its neighbours that are not eliminated before.
-    fn add_joins(&self, assembly: &mut Assembly, index: usize, kept: u32) {
+    fn add_joins(&self, assembly: &mut Assembly, index: usize, retained: u32) {
         let Contribution { attachment, variables, path, .. } = *self;
         let joins = &attachment.chain.joins;
-        if kept == 0 {
-            let terminal = variables.start(path.robot.0, Way::Back);
-            add_pair(assembly, &joins[0].back, &terminal, &variables.node(0, Way::Back));
-        } else if assembly.has(variables.sum(kept - 1)) {
-            self.add_join(assembly, &joins[kept as usize], kept);
+        if retained == 0 {
+            let terminal = variables.start(path.robot.0, Leg::Inbound);
+            add_pair(assembly, &joins[0].back, &terminal, &variables.node(0, Leg::Inbound));
+        } else if assembly.has(variables.sum(retained - 1)) {
+            self.add_join(assembly, &joins[retained as usize], retained);
         }
         // If the next place is eliminated here too, its own turn adds what joins them.
-        let next_home = attachment.homes.get(kept as usize + 1);
+        let next_home = attachment.homes.get(retained as usize + 1);
         let is_elsewhere = next_home.is_some_and(|&next| next != attachment.touched[index]);
-        if is_elsewhere && assembly.has(variables.sum(kept + 1)) {
-            self.add_join(assembly, &joins[kept as usize + 1], kept + 1);
+        if is_elsewhere && assembly.has(variables.sum(retained + 1)) {
+            self.add_join(assembly, &joins[retained as usize + 1], retained + 1);
         }
     }
 
-    fn add_join(&self, assembly: &mut Assembly, join: &Join, kept: u32) {
-        for (information, way) in [(&join.out, Way::Out), (&join.back, Way::Back)] {
-            let before = self.variables.node(kept - 1, way);
-            add_pair(assembly, information, &before, &self.variables.node(kept, way));
+    fn add_join(&self, assembly: &mut Assembly, join: &Join, retained: u32) {
+        for (information, leg) in [(&join.out, Leg::Outbound), (&join.back, Leg::Inbound)] {
+            let before = self.variables.node(retained - 1, leg);
+            add_pair(assembly, information, &before, &self.variables.node(retained, leg));
         }
     }
 }

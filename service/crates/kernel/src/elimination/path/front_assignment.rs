@@ -29,19 +29,19 @@ pub(super) fn is_above(tree: &Tree, home: u32, front: u32) -> bool {
     front != TOP && (home == TOP || tree.front(home).shape.level > tree.front(front).shape.level)
 }
 
-/// The home of each kept place: at or above all fronts in `anchors` that it is tied to, and on one way to the root with
+/// The home of each retained place: at or above all fronts in `anchors` that it is tied to, and on one way to the root with
 /// the homes of its neighbours along the path.
 ///
-/// `anchors` are pairs of a kept place's index (any other number for the terminal node, whose home is `TOP`) and a front, in
-/// any order; each kept place has one. Neighbours that are not on one way are brought there by raising the later one to
+/// `anchors` are pairs of a retained place's index (any other number for the terminal node, whose home is `TOP`) and a front, in
+/// any order; each retained place has one. Neighbours that are not on one way are brought there by raising the later one to
 /// what they have in common; a raise never breaks another such relation, since what is above or below a front is above or
 /// below all that is above it, or on the way there. So the homes of the first places do not depend on those after them.
-pub(super) fn homes(tree: &Tree, count: usize, anchors: &[(u32, u32)], homes: &mut Vec<u32>) {
+pub(super) fn assign_fronts(tree: &Tree, count: usize, anchors: &[(u32, u32)], homes: &mut Vec<u32>) {
     const UNSET: u32 = NONE - 1;
     homes.clear();
     homes.resize(count, UNSET);
-    for &(kept, front) in anchors {
-        if let Some(home) = homes.get_mut(kept as usize) {
+    for &(retained, front) in anchors {
+        if let Some(home) = homes.get_mut(retained as usize) {
             *home = if *home == UNSET { front } else { common(tree, *home, front) };
         }
     }

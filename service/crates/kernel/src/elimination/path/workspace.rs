@@ -2,10 +2,10 @@
 
 use nalgebra::Matrix6;
 
-use super::attachment::Attachment;
-use super::contribution::Contribution;
-use super::homes::TOP;
+use super::front_assignment::TOP;
+use super::information::Contribution;
 use super::results::{FrontResult, Results};
+use super::structure::Attachment;
 use super::variables::Variables;
 use super::virtual_path::{LinkWeight, VirtualPath};
 use crate::elimination::assembly::Assembly;
@@ -54,7 +54,7 @@ impl Workspace {
     }
 
     /// Covariance of the terminal node of the path that is attached, its links weighed so; the last front that is
-    /// eliminated holds it last, and its pivot is the answer. With `record` the factors of all touched fronts are kept.
+    /// eliminated holds it last, and its pivot is the answer. With `record` the factors of all touched fronts are recorded.
     pub(super) fn terminal(
         &mut self,
         ground: Ground,
@@ -107,7 +107,7 @@ fn kind(weight: LinkWeight) -> usize {
     usize::from(weight == LinkWeight::All)
 }
 
-/// Where a front's result is kept.
+/// Where a front's result is cached.
 fn slot(tree: &Tree, front: u32) -> usize {
     if front == TOP { tree.id_bound() } else { front as usize }
 }
@@ -157,7 +157,7 @@ impl Attachment {
         if id < variables.base {
             return KernelError::NotPositiveDefinite { node: Node(id), pivot };
         }
-        let place = variables.kept_of(id).map(|kept| self.chain.kept[kept as usize]);
+        let place = variables.retained_of(id).map(|retained| self.chain.retained[retained as usize]);
         KernelError::VirtualNotPositiveDefinite { node: place.unwrap_or(path.nodes()), pivot }
     }
 }
@@ -175,8 +175,8 @@ pub(super) fn terminal_without_links(
         let step = path.step(node);
         let carried = positive_definite::inverse(&(information + step.first)).map_err(lacks(node))?;
         let unary = path.unary(node + 1);
-        let kept = step.second + unary - step.cross.tr_mul(&(carried * step.cross));
-        information = kept.symmetric_part();
+        let next = step.second + unary - step.cross.tr_mul(&(carried * step.cross));
+        information = next.symmetric_part();
     }
     positive_definite::inverse(&information).map_err(lacks(path.nodes()))
 }

@@ -4,20 +4,20 @@
 use std::ops::Range;
 
 use super::chain::Chain;
-use super::homes::{self, TOP};
+use super::front_assignment::{self, TOP};
 use super::variables::Variables;
 use super::virtual_path::VirtualPath;
 use crate::KernelError;
 use crate::elimination::assembly::NONE;
 use crate::elimination::tree::Tree;
 
-/// A path on a tree. Kept places are those that are left after the ones without links are taken out.
+/// A path on a tree. Retained places are those that are left after the ones without links are taken out.
 #[derive(Debug, Default)]
 pub(super) struct Attachment {
     pub chain: Chain,
-    /// Index in `chain.kept` of each place, else `NONE`.
-    pub kept_of: Vec<u32>,
-    /// The front in which each kept place is eliminated, or `TOP`.
+    /// Index in `chain.retained` of each place, else `NONE`.
+    pub retained_index: Vec<u32>,
+    /// The front in which each retained place is eliminated, or `TOP`.
     pub homes: Vec<u32>,
     /// Touched fronts, children before parents, then `TOP`.
     pub touched: Vec<u32>,
@@ -27,7 +27,7 @@ pub(super) struct Attachment {
     /// The rows of each touched front; see `layout`.
     pub rows: Vec<Rows>,
     pub ids: Vec<u32>,
-    /// Links and kept places, by the place in `touched` of the front they belong to.
+    /// Links and retained places, by the place in `touched` of the front they belong to.
     pub links: Vec<LinkAt>,
     pub homed: Vec<(u32, u32)>,
     /// Place in `touched` of the front that eliminates the robot.
@@ -35,7 +35,7 @@ pub(super) struct Attachment {
     /// Unknowns from this one on, the terminal node but for, may be others than those of the path before.
     pub first_own: u32,
     is_linked: Vec<bool>,
-    /// Kept places and fronts they are tied to.
+    /// Retained places and fronts they are tied to.
     anchors: Vec<(u32, u32)>,
     /// Place of each front in `touched`, else `NONE`.
     place: Vec<u32>,
@@ -78,18 +78,18 @@ impl Attachment {
         self.is_linked.clear();
         self.is_linked.extend(path.places.iter().map(|place| !place.links.is_empty()));
         self.chain.reduce(path, &self.is_linked)?;
-        self.kept_of.clear();
-        self.kept_of.resize(path.places.len(), NONE);
-        for (index, &place) in self.chain.kept.iter().enumerate() {
-            self.kept_of[place as usize] = index as u32;
+        self.retained_index.clear();
+        self.retained_index.resize(path.places.len(), NONE);
+        for (index, &place) in self.chain.retained.iter().enumerate() {
+            self.retained_index[place as usize] = index as u32;
         }
 
         self.anchors.clear();
         self.anchors.push((0, tree.front_of(path.robot.0)));
         for (place, link) in path.links() {
-            self.anchors.push((self.kept_of[place as usize], tree.front_of(link.keyframe.0)));
+            self.anchors.push((self.retained_index[place as usize], tree.front_of(link.keyframe.0)));
         }
-        homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
+        front_assignment::assign_fronts(tree, self.chain.retained.len(), &self.anchors, &mut self.homes);
         self.order_touched(tree);
 
         let place = &self.place;
@@ -103,31 +103,31 @@ impl Attachment {
         self.links.sort_unstable();
         let top = self.touched.len() as u32 - 1;
         self.homed.clear();
-        for (kept, &home) in self.homes.iter().enumerate() {
+        for (retained, &home) in self.homes.iter().enumerate() {
             let at = if home == TOP { top } else { place[home as usize] };
-            self.homed.push((at, kept as u32));
+            self.homed.push((at, retained as u32));
         }
         self.homed.sort_unstable();
         self.robot_at = place[tree.front_of(path.robot.0) as usize];
         self.link_children(tree);
         let variables = self.variables(nodes);
         let shared = previous.map_or(0, |previous| path.shared_places(previous));
-        let shared_kept = self.chain.kept.partition_point(|&place| place <= shared);
-        self.first_own = variables.sum(shared_kept as u32);
+        let shared_retained = self.chain.retained.partition_point(|&place| place <= shared);
+        self.first_own = variables.sum(shared_retained as u32);
         self.lay_out(tree, variables);
         Ok(())
     }
 
     /// The path's unknowns over so many keyframes.
     pub(super) fn variables(&self, nodes: u32) -> Variables {
-        Variables { base: nodes, kept: self.homes.len() as u32 }
+        Variables { base: nodes, retained: self.homes.len() as u32 }
     }
 
     /// The unknown that registrations at a place are with.
     pub(super) fn linked(&self, variables: Variables, place: u32) -> u32 {
-        match self.kept_of[place as usize] {
+        match self.retained_index[place as usize] {
             NONE => variables.terminal(),
-            kept => variables.sum(kept),
+            retained => variables.sum(retained),
         }
     }
 
