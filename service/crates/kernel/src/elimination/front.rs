@@ -64,7 +64,7 @@ impl Front {
         assembly: &mut Assembly,
     ) -> Result<(), KernelError> {
         let shape = &self.shape;
-        let put_together = |assembly: &mut Assembly| {
+        let assemble = |assembly: &mut Assembly| {
             assembly.add_system(system, &shape.frontal);
             for child in children.clone() {
                 assembly.add_update(&child.shape.separator, &child.update);
@@ -73,9 +73,9 @@ impl Front {
         };
         let ids = shape.frontal.iter().chain(&shape.separator).copied();
         assembly.begin(ids, shape.frontal.len(), system.len());
-        put_together(assembly);
+        assemble(assembly);
         assembly
-            .eliminate(put_together)
+            .eliminate(assemble)
             .map_err(|(id, pivot)| KernelError::NotPositiveDefinite { node: Node(id), pivot })?;
         refill(&mut self.right, assembly.forward());
         refill(&mut self.factor, assembly.factor());

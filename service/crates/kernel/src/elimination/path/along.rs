@@ -6,23 +6,23 @@ use super::chain::PairCovariance;
 use super::results::FrontResult;
 use super::variables::{Combination, Leg, Variables};
 use super::virtual_path::{LinkWeight, VirtualPath};
-use super::workspace::{Ground, Workspace};
+use super::workspace::{Factorization, Workspace};
 use crate::elimination::assembly::NONE;
 use crate::elimination::takahashi::FrontCovariance;
 
 impl Workspace {
     /// Covariance of each virtual node 1 to n with links weighed by their probabilities, after `terminal` so and with
     /// `record`.
-    pub(super) fn along(&self, ground: Ground, path: &VirtualPath) -> Vec<Matrix6<f64>> {
-        let variables = self.attachment.variables(ground.system.len() as u32);
-        let chain = &self.attachment.chain;
+    pub(super) fn along(&self, factorization: Factorization, path: &VirtualPath) -> Vec<Matrix6<f64>> {
+        let variables = self.structure.variables(factorization.system.len() as u32);
+        let chain = &self.structure.chain;
         let mut covariances = vec![Matrix6::zeros(); path.nodes() as usize];
         let mut joints = vec![[None; 2]; chain.retained.len()];
         let mut has_gap = vec![false; chain.retained.len()];
         chain.gaps.iter().for_each(|gap| has_gap[gap.next_retained as usize] = true);
         let robot_wanted = has_gap[0];
         let is_wanted = |id| id >= variables.base || (robot_wanted && id == path.robot.0);
-        self.descend(ground, is_wanted, |ids, frontal, covariance| {
+        self.descend(factorization, is_wanted, |ids, frontal, covariance| {
             let front = FrontRows { ids, covariance };
             for &id in &ids[..frontal] {
                 let retained = if id >= variables.base { variables.retained_of(id) } else { None };
@@ -56,20 +56,20 @@ impl Workspace {
     /// ids, the number eliminated in each, and the covariance of all its rows.
     fn descend(
         &self,
-        ground: Ground,
+        factorization: Factorization,
         is_wanted: impl Fn(u32) -> bool,
         mut visit: impl FnMut(&[u32], usize, &FrontCovariance),
     ) {
-        let count = self.attachment.touched.len();
-        let result = |index| self.result(ground.tree, LinkWeight::Expected, index);
+        let count = self.structure.touched.len();
+        let result = |index| self.result(factorization.tree, LinkWeight::Expected, index);
         let mut needed = vec![false; count];
         for index in 0..count {
             let FrontResult { ids, frontal, .. } = result(index);
             needed[index] = ids[..*frontal].iter().any(|&id| is_wanted(id))
-                || self.attachment.children(index).any(|child| needed[child]);
+                || self.structure.children(index).any(|child| needed[child]);
         }
         let mut separators: Vec<Vec<f64>> = vec![Vec::new(); count];
-        let mut place_of = vec![NONE; self.attachment.variables(ground.system.len() as u32).id_bound()];
+        let mut place_of = vec![NONE; self.structure.variables(factorization.system.len() as u32).id_bound()];
         let mut covariance = FrontCovariance::default();
         let mut shared: Vec<u32> = Vec::new();
         for index in (0..count).rev().filter(|&index| needed[index]) {
@@ -80,14 +80,14 @@ impl Workspace {
                 place_of[id as usize] = place as u32;
             }
             // Rows before the first that is wanted here or shared with a child need no covariance.
-            let children = self.attachment.children(index).filter(|&child| needed[child]);
+            let children = self.structure.children(index).filter(|&child| needed[child]);
             let below = children.flat_map(|child| result(child).separator());
             let own = ids[..*frontal].iter().filter(|&&id| is_wanted(id));
             let first = own.chain(below).map(|&id| place_of[id as usize] as usize).min();
             let first = first.map_or(*frontal, |first| first.min(*frontal));
             covariance.compute(factor, 6 * ids.len(), 6 * first..6 * frontal, &separator);
             visit(ids, *frontal, &covariance);
-            for child in self.attachment.children(index).filter(|&child| needed[child]) {
+            for child in self.structure.children(index).filter(|&child| needed[child]) {
                 shared.clear();
                 shared.extend(result(child).separator().iter().map(|&id| place_of[id as usize]));
                 separators[child] = covariance.gather(&shared);
@@ -103,7 +103,7 @@ impl Workspace {
         covariances: &mut [Matrix6<f64>],
     ) {
         let mut around: Option<(u32, [PairCovariance; 2])> = None;
-        for gap in self.attachment.chain.gaps.iter().rev() {
+        for gap in self.structure.chain.gaps.iter().rev() {
             let outer = match around {
                 Some((next_retained, inner)) if next_retained == gap.next_retained => inner,
                 _ => joints[gap.next_retained as usize]

@@ -32,14 +32,14 @@ pub(super) struct Gap {
     pub place: u32,
     /// Index in `retained` of the next retained place.
     pub next_retained: u32,
-    pub out: GapNode,
-    pub back: GapNode,
+    pub out: Conditional,
+    pub back: Conditional,
 }
 
 /// A node that was taken out between node a before it and node b right after it: given those, its mean is
 /// -A x_a - B x_b and its covariance `own`.
 #[derive(Debug)]
-pub(super) struct GapNode {
+pub(super) struct Conditional {
     own: Matrix6<f64>,
     before: Matrix6<f64>,
     after: Matrix6<f64>,
@@ -77,8 +77,8 @@ impl Chain {
             let next = step(place + 1);
             let unary = &path.places[place].unary;
             let [out_node, back_node] = path.nodes_at(place as u32).map(Option::unwrap_or_default);
-            let (out, out_join) = take_out(&join.out, unary, &next.out, out_node)?;
-            let (back, back_join) = take_out(&join.back, unary, &next.back, back_node)?;
+            let (out, out_join) = eliminate(&join.out, unary, &next.out, out_node)?;
+            let (back, back_join) = eliminate(&join.back, unary, &next.back, back_node)?;
             join = Join { out: out_join, back: back_join };
             self.gaps.push(Gap { place: place as u32, next_retained: self.retained.len() as u32, out, back });
         }
@@ -87,12 +87,12 @@ impl Chain {
 }
 
 /// Eliminates a node between two others; returns it and what then joins them.
-fn take_out(
+fn eliminate(
     before: &PairInformation,
     unary: &Matrix6<f64>,
     after: &PairInformation,
     node: u32,
-) -> Result<(GapNode, PairInformation), KernelError> {
+) -> Result<(Conditional, PairInformation), KernelError> {
     let own = positive_definite::inverse(&(before.second + unary + after.first))
         .map_err(|pivot| KernelError::VirtualNotPositiveDefinite { node, pivot })?;
     let to_before = own * before.cross.transpose();
@@ -102,10 +102,10 @@ fn take_out(
         cross: -before.cross * to_after,
         second: (after.second - after.cross.tr_mul(&to_after)).symmetric_part(),
     };
-    Ok((GapNode { own, before: to_before, after: to_after }, join))
+    Ok((Conditional { own, before: to_before, after: to_after }, join))
 }
 
-impl GapNode {
+impl Conditional {
     /// From the joint covariance of the nodes before and after: that of the node before (first) and this one (second).
     pub(super) fn insert(&self, around: &PairCovariance) -> PairCovariance {
         let PairCovariance { first, cross, second } = around;

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 
 use super::virtual_path::{ExpectedCovariances, LinkWeight, VirtualPath};
-use super::workspace::{self, Ground, Workspace};
+use super::workspace::{self, Factorization, Workspace};
 use crate::KernelError;
 use crate::elimination::engine::Elimination;
 
@@ -29,8 +29,8 @@ impl<'a> PathEvaluator<'a> {
     /// is. Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
     /// [`KernelError::VirtualNotPositiveDefinite`] for information that is not positive definite.
     pub fn terminal(&mut self, path: &VirtualPath) -> Result<Matrix6<f64>, KernelError> {
-        self.attach(path)?;
-        self.workspace.terminal(self.ground(), path, LinkWeight::Expected, false)
+        self.analyse(path)?;
+        self.workspace.terminal(self.factorization(), path, LinkWeight::Expected, false)
     }
 
     /// All covariances that a decision tells of a path. What the path touches is found once, and without links the
@@ -42,20 +42,20 @@ impl<'a> PathEvaluator<'a> {
         path: &VirtualPath,
         robot_covariance: &Matrix6<f64>,
     ) -> Result<ExpectedCovariances, KernelError> {
-        self.attach(path)?;
-        let ground = self.ground();
-        let terminal_all_links = self.workspace.terminal(ground, path, LinkWeight::All, false)?;
-        let terminal = self.workspace.terminal(ground, path, LinkWeight::Expected, true)?;
-        let along = self.workspace.along(ground, path);
+        self.analyse(path)?;
+        let factorization = self.factorization();
+        let terminal_all_links = self.workspace.terminal(factorization, path, LinkWeight::All, false)?;
+        let terminal = self.workspace.terminal(factorization, path, LinkWeight::Expected, true)?;
+        let along = self.workspace.along(factorization, path);
         let terminal_no_links = workspace::terminal_without_links(path, robot_covariance)?;
         Ok(ExpectedCovariances { terminal, terminal_all_links, terminal_no_links, along })
     }
 
-    fn attach(&mut self, path: &VirtualPath) -> Result<(), KernelError> {
-        // Until it is attached nothing is known to be shared with it.
+    fn analyse(&mut self, path: &VirtualPath) -> Result<(), KernelError> {
+        // Until its analysis has succeeded nothing is known to be shared with it.
         let previous = self.previous.take();
         self.check(path)?;
-        self.workspace.attach(self.ground(), path, previous.as_ref())?;
+        self.workspace.analyse(self.factorization(), path, previous.as_ref())?;
         self.previous = Some(path.clone());
         Ok(())
     }
@@ -71,7 +71,7 @@ impl<'a> PathEvaluator<'a> {
         path.links().try_for_each(|(_, link)| self.elimination.check(link.keyframe))
     }
 
-    fn ground(&self) -> Ground<'a> {
-        Ground { tree: self.elimination.tree(), system: self.elimination.system() }
+    fn factorization(&self) -> Factorization<'a> {
+        Factorization { tree: self.elimination.tree(), system: self.elimination.system() }
     }
 }

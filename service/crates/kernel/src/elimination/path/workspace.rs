@@ -3,9 +3,9 @@
 use nalgebra::Matrix6;
 
 use super::front_assignment::TOP;
-use super::information::Contribution;
+use super::information::PathInformation;
 use super::results::{FrontResult, Results};
-use super::structure::Attachment;
+use super::structure::PathStructure;
 use super::variables::Variables;
 use super::virtual_path::{LinkWeight, VirtualPath};
 use crate::elimination::assembly::Assembly;
@@ -17,10 +17,10 @@ use crate::{KernelError, Node};
 /// Buffers that expected covariances are computed in; one a thread, reused from call to call.
 #[derive(Debug, Default)]
 pub struct Workspace {
-    pub(super) attachment: Attachment,
+    pub(super) structure: PathStructure,
     /// For links by their probabilities, and for all.
     results: [Results; 2],
-    /// Number of the path that is attached.
+    /// Number of the path that was analysed last.
     number: u64,
     /// Number of the path whose results may serve again.
     previous: u64,
@@ -28,9 +28,9 @@ pub struct Workspace {
     flops: f64,
 }
 
-/// What is needed of the elimination.
+/// Lambda_0 and its factor.
 #[derive(Clone, Copy)]
-pub(super) struct Ground<'a> {
+pub(super) struct Factorization<'a> {
     pub tree: &'a Tree,
     pub system: &'a BlockSystem,
 }
@@ -41,54 +41,55 @@ impl Workspace {
         self.flops
     }
 
-    /// Attaches a path; `previous` is the one that was attached before, over the same elimination and in the same way.
-    pub(super) fn attach(
+    /// Analyses a path; `previous` is the one that was analysed before, over the same elimination.
+    pub(super) fn analyse(
         &mut self,
-        ground: Ground,
+        factorization: Factorization,
         path: &VirtualPath,
         previous: Option<&VirtualPath>,
     ) -> Result<(), KernelError> {
         self.previous = if previous.is_some() { self.number } else { 0 };
         self.number += 1;
-        self.attachment.attach(ground.tree, ground.system.len() as u32, path, previous)
+        self.structure.analyse(factorization.tree, factorization.system.len() as u32, path, previous)
     }
 
-    /// Covariance of the terminal node of the path that is attached, its links weighed so; the last front that is
-    /// eliminated holds it last, and its pivot is the answer. With `record` the factors of all touched fronts are recorded.
+    /// Covariance of the terminal node of the path that was analysed last, with its links weighed so. The last front that
+    /// is eliminated holds it last, and its pivot is the answer. With `record` the factors of all touched fronts are
+    /// recorded.
     pub(super) fn terminal(
         &mut self,
-        ground: Ground,
+        factorization: Factorization,
         path: &VirtualPath,
         weight: LinkWeight,
         record: bool,
     ) -> Result<Matrix6<f64>, KernelError> {
-        let variables = self.attachment.variables(ground.system.len() as u32);
-        let contribution = Contribution::new(&self.attachment, path, weight, variables);
+        let variables = self.structure.variables(factorization.system.len() as u32);
+        let information = PathInformation::new(&self.structure, path, weight, variables);
         let results = &mut self.results[kind(weight)];
-        results.reserve(ground.tree.id_bound() + 1);
-        let mut known = vec![false; self.attachment.touched.len()];
-        for (index, &front) in self.attachment.touched.iter().enumerate() {
-            let slot = slot(ground.tree, front);
+        results.reserve(factorization.tree.id_bound() + 1);
+        let mut reused = vec![false; self.structure.touched.len()];
+        for (index, &front) in self.structure.touched.iter().enumerate() {
+            let slot = slot(factorization.tree, front);
             let result = results.front_mut(slot);
             let is_result = result.path == self.previous && self.previous > 0;
-            if is_result && self.attachment.is_known(result, index, variables, &known, record) {
+            if is_result && self.structure.is_reusable(result, index, variables, &reused, record) {
                 result.path = self.number;
-                known[index] = true;
+                reused[index] = true;
                 continue;
             }
-            let rows = &self.attachment.rows[index];
-            let ids = self.attachment.ids[rows.ids.clone()].iter().copied();
+            let rows = &self.structure.rows[index];
+            let ids = self.structure.ids[rows.ids.clone()].iter().copied();
             self.assembly.begin(ids, rows.frontal, variables.id_bound());
-            let put_together = |assembly: &mut Assembly| {
-                contribution.add(assembly, index);
-                self.attachment.add_graph(assembly, ground, results, index);
+            let assemble = |assembly: &mut Assembly| {
+                information.add(assembly, index);
+                self.structure.add_graph(assembly, factorization, results, index);
             };
-            put_together(&mut self.assembly);
+            assemble(&mut self.assembly);
             self.assembly
-                .eliminate(put_together)
-                .map_err(|(id, pivot)| self.attachment.lost(variables, path, id, pivot))?;
+                .eliminate(assemble)
+                .map_err(|(id, pivot)| self.structure.pivot_error(variables, path, id, pivot))?;
             self.flops += self.assembly.flops();
-            let children = self.attachment.children(index).count();
+            let children = self.structure.children(index).count();
             let result = results.front_mut(slot);
             result.take(&self.assembly, children, record);
             result.path = self.number;
@@ -98,7 +99,7 @@ impl Workspace {
 
     /// The result of a touched front with links weighed so.
     pub(super) fn result(&self, tree: &Tree, weight: LinkWeight, index: usize) -> &FrontResult {
-        self.results[kind(weight)].front(slot(tree, self.attachment.touched[index]))
+        self.results[kind(weight)].front(slot(tree, self.structure.touched[index]))
     }
 }
 
@@ -112,37 +113,43 @@ fn slot(tree: &Tree, front: u32) -> usize {
     if front == TOP { tree.id_bound() } else { front as usize }
 }
 
-impl Attachment {
+impl PathStructure {
     /// Whether what a touched front was eliminated to for the path before is true for this one: it has the same rows, all
-    /// unknowns in them belong to places that both paths share, and its touched children are the same and known.
-    fn is_known(
+    /// unknowns in them belong to places that both paths share, and its touched children are the same and are reused.
+    fn is_reusable(
         &self,
         result: &FrontResult,
         index: usize,
         variables: Variables,
-        known: &[bool],
+        reused: &[bool],
         with_factor: bool,
     ) -> bool {
         let rows = &self.rows[index];
         let ids = &self.ids[rows.ids.clone()];
-        let is_shared = |&id: &u32| id <= variables.terminal() || id < self.first_own;
+        let is_shared = |&id: &u32| id <= variables.terminal() || id < self.first_unshared;
         self.touched[index] != TOP
             && (result.factor.is_some() || !with_factor)
             && result.frontal == rows.frontal
             && result.ids == *ids
             && ids.iter().all(is_shared)
             && self.children(index).count() == result.children
-            && self.children(index).all(|child| known[child])
+            && self.children(index).all(|child| reused[child])
     }
 
     /// Adds what a touched front has without the path: its blocks of the system, and the update matrices of its children,
     /// of the touched ones with the path.
-    fn add_graph(&self, assembly: &mut Assembly, ground: Ground, results: &Results, index: usize) {
+    fn add_graph(
+        &self,
+        assembly: &mut Assembly,
+        factorization: Factorization,
+        results: &Results,
+        index: usize,
+    ) {
         if self.touched[index] != TOP {
-            let shape = &ground.tree.front(self.touched[index]).shape;
-            assembly.add_system(ground.system, &shape.frontal);
+            let shape = &factorization.tree.front(self.touched[index]).shape;
+            assembly.add_system(factorization.system, &shape.frontal);
             for &child in shape.children.iter().filter(|&&child| !self.touches(child)) {
-                let child = ground.tree.front(child);
+                let child = factorization.tree.front(child);
                 assembly.add_update(&child.shape.separator, &child.update);
             }
         }
@@ -153,7 +160,7 @@ impl Attachment {
     }
 
     /// The error for a row without a pivot.
-    fn lost(&self, variables: Variables, path: &VirtualPath, id: u32, pivot: f64) -> KernelError {
+    fn pivot_error(&self, variables: Variables, path: &VirtualPath, id: u32, pivot: f64) -> KernelError {
         if id < variables.base {
             return KernelError::NotPositiveDefinite { node: Node(id), pivot };
         }
