@@ -175,9 +175,9 @@ impl Elimination {
         self.tree.nodes() as u32..self.len() as u32
     }
 
-    /// Solves for whatever has been left behind by more than `prune`. Cost: every front, if there is any.
-    pub(crate) fn catch_up(&self, solution: &mut Solution, prune: f64) {
-        if solution.is_behind(prune) {
+    /// Solves again if steps above a front have moved by more than `prune` since it was solved. Cost: every front then.
+    pub(crate) fn back_substitute(&self, solution: &mut Solution, prune: f64) {
+        if solution.has_unpropagated(prune) {
             solution.update(&self.tree, &self.downward(), prune);
         }
     }
@@ -196,7 +196,7 @@ impl Elimination {
         solution: &mut Solution,
         prune: f64,
     ) -> Result<Update, KernelError> {
-        solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
+        solution.push_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let fronts = self.tree.refresh(&self.system, touched, &mut self.scratch)?;
         Ok(self.finish(&fronts, solution, prune))
     }
@@ -210,7 +210,7 @@ impl Elimination {
         solution: &mut Solution,
         prune: f64,
     ) -> Result<Update, KernelError> {
-        solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
+        solution.push_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let mut fronts = self.tree.restructure(&self.system, touched, &mut self.scratch)?;
         if self.has_deteriorated(&fronts) {
             self.rebuild()?;

@@ -14,9 +14,9 @@ struct Wanted {
 }
 
 impl Smoother {
-    /// Adds the factors that have come since the last call. Returns the keyframes they touch, and whether they bring
+    /// Linearises the factors that have come since the last call. Returns the keyframes they touch, and whether they bring
     /// new keyframes or new pairs.
-    pub(super) fn take_in_factors(&mut self) -> Result<(Vec<u32>, bool), KernelError> {
+    pub(super) fn linearize_new_factors(&mut self) -> Result<(Vec<u32>, bool), KernelError> {
         let mut touched = Vec::new();
         let mut new_pairs = self.elimination.has_new_nodes();
         for index in self.linearized_factors..self.factors.len() {

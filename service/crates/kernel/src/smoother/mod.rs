@@ -25,8 +25,9 @@ pub use state::SmootherState;
 /// room for the lever arms by which a small turn of one keyframe shifts another.
 const PRUNE_SHARE: f64 = 1e-2;
 
-/// When settling, steps are carried down until they change by no more than this, m and rad, whatever its tolerance.
-const SETTLED_PRUNE: f64 = 1e-7;
+/// Where the whole graph is linearised anew, steps are carried down until they change by no more than this, m and rad,
+/// whatever the tolerance.
+const RELINEARIZE_PRUNE: f64 = 1e-7;
 
 /// When a smoother re-linearises and when it stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,9 +76,9 @@ pub struct Smoother {
     linearizations: Arc<Vec<Pose>>,
     steps: Arc<Solution>,
     elimination: Elimination,
-    /// Keyframes whose step is beyond the tolerance.
-    restless: Vec<u32>,
-    /// Keyframes linearised anew that nobody has been told of.
+    /// Keyframes whose step is beyond the tolerance, ascending.
+    to_relinearize: Vec<u32>,
+    /// Keyframes linearised anew since the last `take_moved`.
     moved: Vec<Node>,
 }
 
@@ -91,7 +92,7 @@ impl Smoother {
             linearizations: Arc::default(),
             steps: Arc::default(),
             elimination: Elimination::default(),
-            restless: Vec::new(),
+            to_relinearize: Vec::new(),
             moved: Vec::new(),
         }
     }
@@ -130,23 +131,23 @@ impl Smoother {
     /// exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge linearly, so a small
     /// tolerance may take several calls.
     pub fn relinearize(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
-        self.elimination.catch_up(Arc::make_mut(&mut self.steps), SETTLED_PRUNE);
+        self.elimination.back_substitute(Arc::make_mut(&mut self.steps), RELINEARIZE_PRUNE);
         let beyond = |&node: &u32| self.steps.value(node).amax() > relinearize_above;
-        self.restless = (0..self.len() as u32).filter(beyond).collect();
-        self.advance_to(relinearize_above, SETTLED_PRUNE.min(PRUNE_SHARE * relinearize_above))
+        self.to_relinearize = (0..self.len() as u32).filter(beyond).collect();
+        self.advance_to(relinearize_above, RELINEARIZE_PRUNE.min(PRUNE_SHARE * relinearize_above))
     }
 
     fn advance_to(&mut self, relinearize_above: f64, prune: f64) -> Result<AdvanceReport, KernelError> {
         let mut report = AdvanceReport::default();
-        let (mut touched, mut new_pairs) = self.take_in_factors()?;
-        let mut moving = std::mem::take(&mut self.restless);
+        let (mut touched, mut new_pairs) = self.linearize_new_factors()?;
+        let mut moving = std::mem::take(&mut self.to_relinearize);
         while !(touched.is_empty() && moving.is_empty()) {
             if report.iterations >= self.settings.max_iterations {
-                self.restless = moving;
+                self.to_relinearize = moving;
                 return Ok(report);
             }
             if !moving.is_empty() {
-                report.halvings += self.follow(&moving)?;
+                report.halvings += self.retract(&moving)?;
                 report.relinearized += moving.len();
                 self.moved.extend(moving.iter().copied().map(Node));
                 touched.extend(self.linearize_around(&moving)?);

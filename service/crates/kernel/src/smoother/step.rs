@@ -18,7 +18,7 @@ const MOST_HALVINGS: usize = 12;
 impl Smoother {
     /// Moves the linearisation points of these keyframes (ascending) by their steps. If a step is large and the cost
     /// would grow, all of them are halved until it does not. Returns the number of halvings.
-    pub(super) fn follow(&mut self, moving: &[u32]) -> Result<usize, KernelError> {
+    pub(super) fn retract(&mut self, moving: &[u32]) -> Result<usize, KernelError> {
         let largest = moving.iter().map(|&node| self.steps.value(node).amax()).fold(0.0, f64::max);
         let mut halvings = 0;
         if largest > LARGE_STEP {
@@ -37,7 +37,7 @@ impl Smoother {
             let pose = &mut linearizations[node as usize];
             *pose *= se3::exp(&step);
             pose.rotation.renormalize();
-            steps.absorb(node);
+            steps.reset(node);
         }
         Ok(halvings)
     }
