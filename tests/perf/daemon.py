@@ -161,7 +161,7 @@ class Mission:
         }
 
     def beliefs(self, repeats: int = 5) -> Found:
-        """The candidates' beliefs alone: their paths as paths that a person drew, asked of a state that is settled."""
+        """The candidates' beliefs alone: their paths as paths that a person drew, asked of a state that has converged."""
         decision = self.client.decision(detail="brief")
         places = {known.id: known.linearization.translation for known in self.client.graph().keyframes}
         paths = [[places[keyframe] for keyframe in known.path] for known in decision.candidates]

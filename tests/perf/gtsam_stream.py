@@ -110,7 +110,7 @@ def batch_optimum(survey: SurveyFile, start: gtsam.Values) -> gtsam.Values:
 
 
 def ours(survey: SurveyFile) -> gtsam.Values:
-    """Where pdn's smoother settled."""
+    """Where pdn's smoother converged."""
     values = gtsam.Values()
     for keyframe, pose in enumerate(survey["poses"]):
         values.insert(keyframe, pose3(pose))
