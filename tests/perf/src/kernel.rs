@@ -82,11 +82,16 @@ impl Stream {
         self.smoother.advance()?;
         self.smoother.take_moved(); // the daemon's raster follows them
         let keyframes = self.smoother.len();
-        let every = RELINEARIZE_EVERY.iter().find(|(most, _)| keyframes <= *most).map_or(1, |(_, every)| *every);
+        let every =
+            RELINEARIZE_EVERY.iter().find(|(most, _)| keyframes <= *most).map_or(1, |(_, every)| *every);
         let is_due = keyframes % every == 0;
         if is_due {
             let is_small = self.smoother.len() <= SMALL_GRAPH;
-            self.relinearize_to(if is_small { RELINEARIZE_TOLERANCE } else { RELINEARIZE_TOLERANCE_OF_LARGE })?;
+            self.relinearize_to(if is_small {
+                RELINEARIZE_TOLERANCE
+            } else {
+                RELINEARIZE_TOLERANCE_OF_LARGE
+            })?;
         }
         Ok(is_due)
     }

@@ -1,8 +1,8 @@
 //! Density-based clustering, DBSCAN [PDN12, III.B], with labels that do not depend on the order of the points.
 
 use crate::distance::nanometres;
-use crate::neighbours::Neighbours;
-use crate::places::Places;
+use crate::spatial::SpatialIndex;
+use crate::spatial::VerletLists;
 use nalgebra::Vector3;
 use pdn_kernel::Node;
 
@@ -26,12 +26,12 @@ pub struct Point {
 pub fn dbscan(points: &[Point], eps_m: f64, min_points: usize) -> Vec<Vec<u64>> {
     let mut points = points.to_vec();
     points.sort_by_key(|point| point.id);
-    let places = Places::new(points.iter().map(|point| point.place).collect(), eps_m, None);
+    let places = SpatialIndex::new(points.iter().map(|point| point.place).collect(), eps_m, None);
     let all: Vec<Option<Vector3<f64>>> = points.iter().map(|point| Some(point.place)).collect();
     let search = |place: &Vector3<f64>, reach_m: f64, show: &mut dyn FnMut(Node)| {
         places.visit(place, reach_m, |node, _| show(node));
     };
-    let lists = Neighbours::default().follow(eps_m, &all, search);
+    let lists = VerletLists::default().update(eps_m, &all, search);
     let near = |index: usize| {
         let near = lists.of(Node(index as u32)).map(Node::index);
         within(near.map(|other| (other, points[other].place)), &points[index].place, eps_m)

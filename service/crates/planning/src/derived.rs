@@ -2,10 +2,10 @@
 
 use crate::distance::median;
 use crate::error::PlanningError;
-use crate::neighbours::Neighbours;
-use crate::places::{Places, Sorted};
 use crate::registration::optical_axis;
 use crate::snapshot::Snapshot;
+use crate::spatial::VerletLists;
+use crate::spatial::{ReferenceGrid, SpatialIndex};
 use crate::waypoint::Waypoint;
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::Node;
@@ -15,10 +15,10 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 #[derive(Default)]
 pub struct Derived {
     cache: DerivedCache,
-    bodies: OnceLock<Places>,
+    bodies: OnceLock<SpatialIndex>,
     cameras: OnceLock<Cameras>,
-    neighbours: OnceLock<Neighbours>,
-    salient_neighbours: OnceLock<Neighbours>,
+    neighbours: OnceLock<VerletLists>,
+    salient_neighbours: OnceLock<VerletLists>,
     spacing_m: OnceLock<Option<f64>>,
     pub(crate) robot_covariance: OnceLock<Matrix6<f64>>,
     pub(crate) waypoints: OnceLock<Vec<Waypoint>>,
@@ -32,16 +32,16 @@ pub struct DerivedCache(Arc<Mutex<CacheContent>>);
 /// What the latest that was derived left.
 #[derive(Debug, Default)]
 struct CacheContent {
-    bodies: Option<Arc<Sorted>>,
-    cameras: Option<Arc<Sorted>>,
-    neighbours: Neighbours,
-    salient_neighbours: Neighbours,
+    bodies: Option<Arc<ReferenceGrid>>,
+    cameras: Option<Arc<ReferenceGrid>>,
+    neighbours: VerletLists,
+    salient_neighbours: VerletLists,
 }
 
 /// The cameras of a snapshot.
 pub(crate) struct Cameras {
     /// Their centres.
-    pub places: Places,
+    pub centres: SpatialIndex,
     /// Their optical axes in the world, by node.
     pub axes: Vec<Vector3<f64>>,
 }
@@ -72,11 +72,11 @@ impl DerivedCache {
 
 impl Snapshot {
     /// Where the keyframes' bodies are. Cost: once, a comparison for each and sorting what has moved.
-    pub(crate) fn bodies(&self) -> &Places {
+    pub(crate) fn bodies(&self) -> &SpatialIndex {
         self.derived.bodies.get_or_init(|| {
             let places = self.keyframes.iter().map(|keyframe| keyframe.world_from_body.translation.vector);
-            let make = |before| Places::new(places.collect(), self.edge_radius_m(), before);
-            self.derived.cache.renew(|content| &mut content.bodies, make, |made| Some(made.sorted()))
+            let make = |before| SpatialIndex::new(places.collect(), self.edge_radius_m(), before);
+            self.derived.cache.renew(|content| &mut content.bodies, make, |made| Some(made.reference()))
         })
     }
 
@@ -87,44 +87,44 @@ impl Snapshot {
                 let world_from_camera = keyframe.world_from_camera();
                 (world_from_camera.translation.vector, optical_axis(&world_from_camera))
             });
-            let (centres, axes) = cameras.unzip();
-            let make = |before| Places::new(centres, self.settings.max_baseline_m, before);
-            let leave = |made: &Places| Some(made.sorted());
-            let places = self.derived.cache.renew(|content| &mut content.cameras, make, leave);
-            Cameras { places, axes }
+            let (positions, axes): (Vec<_>, Vec<_>) = cameras.unzip();
+            let make = |before| SpatialIndex::new(positions, self.settings.max_baseline_m, before);
+            let leave = |made: &SpatialIndex| Some(made.reference());
+            let centres = self.derived.cache.renew(|content| &mut content.cameras, make, leave);
+            Cameras { centres, axes }
         })
     }
 
     /// For each keyframe the others within [`Snapshot::edge_radius_m`]. Cost: once, a comparison for each and a search
     /// for those that have moved.
-    pub(crate) fn neighbours(&self) -> &Neighbours {
+    pub(crate) fn neighbours(&self) -> &VerletLists {
         self.derived.neighbours.get_or_init(|| {
-            let now = self.bodies().now().iter().copied().map(Some).collect();
-            self.follow_neighbours(|content| &mut content.neighbours, self.edge_radius_m(), now)
+            let now = self.bodies().positions().iter().copied().map(Some).collect();
+            self.update_neighbours(|content| &mut content.neighbours, self.edge_radius_m(), now)
         })
     }
 
     /// For each keyframe of the salient set the others of it within `eps_m`. Cost as of [`Snapshot::neighbours`].
-    pub(crate) fn salient_neighbours(&self) -> &Neighbours {
+    pub(crate) fn salient_neighbours(&self) -> &VerletLists {
         self.derived.salient_neighbours.get_or_init(|| {
             let mut now = vec![None; self.keyframes.len()];
             self.salient().for_each(|node| now[node.index()] = Some(self.body(node)));
-            self.follow_neighbours(|content| &mut content.salient_neighbours, self.settings.eps_m, now)
+            self.update_neighbours(|content| &mut content.salient_neighbours, self.settings.eps_m, now)
         })
     }
 
-    fn follow_neighbours(
+    fn update_neighbours(
         &self,
-        of: fn(&mut CacheContent) -> &mut Neighbours,
+        of: fn(&mut CacheContent) -> &mut VerletLists,
         radius_m: f64,
         now: Vec<Option<Vector3<f64>>>,
-    ) -> Neighbours {
-        let follow = |before: Neighbours| {
-            before.follow(radius_m, &now, |place, reach_m, show| {
+    ) -> VerletLists {
+        let update = |before: VerletLists| {
+            before.update(radius_m, &now, |place, reach_m, show| {
                 self.bodies().visit(place, reach_m, |node, _| show(node));
             })
         };
-        self.derived.cache.renew(of, follow, Neighbours::clone)
+        self.derived.cache.renew(of, update, VerletLists::clone)
     }
 
     /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no

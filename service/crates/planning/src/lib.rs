@@ -1,7 +1,7 @@
 //! Perception-driven navigation: from a snapshot of a mission to a decision [PDN12, III].
 //!
-//! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, kept from one snapshot to the next: `places`,
-//! `neighbours`, `derived`. The steps of the paper: [`saliency`] (III.A),
+//! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, kept from one snapshot to the next: `spatial`,
+//! `derived`. The steps of the paper: [`saliency`] (III.A),
 //! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`registration`] (eq. 2),
 //! [`outlook`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
 //! [`mod@decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
@@ -19,9 +19,7 @@ pub mod distance;
 pub mod settings;
 pub mod snapshot;
 
-mod grid;
-mod neighbours;
-mod places;
+mod spatial;
 
 mod derived;
 

@@ -136,7 +136,7 @@ pub fn links(snapshot: &Snapshot, world_from_body: &Pose, nearest: Node) -> Vec<
     let mut proposals: Vec<(Link, i64, u64)> = Vec::new();
     let cameras = snapshot.cameras();
     let reach_m = settings.max_baseline_m + REACH_MORE_M;
-    cameras.places.visit(&world_from_camera.translation.vector, reach_m, |keyframe, baseline_m| {
+    cameras.centres.visit(&world_from_camera.translation.vector, reach_m, |keyframe, baseline_m| {
         let baseline = nanometres(baseline_m);
         if baselines.contains(&baseline) && angle.admits(&axis, &cameras.axes[keyframe.index()]) {
             let target = snapshot.keyframe(keyframe);

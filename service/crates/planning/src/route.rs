@@ -6,9 +6,9 @@
 
 use crate::distance::is_less;
 use crate::error::PlanningError;
-use crate::neighbours::Neighbours;
 use crate::registration::AngleLimit;
 use crate::snapshot::Snapshot;
+use crate::spatial::VerletLists;
 use nalgebra::Vector3;
 use pathfinding::directed::dijkstra::dijkstra_partial;
 use pdn_kernel::Node;
@@ -79,7 +79,7 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
 /// The keyframes and the edges between them.
 struct Network<'a> {
     snapshot: &'a Snapshot,
-    neighbours: &'a Neighbours,
+    neighbours: &'a VerletLists,
     places: &'a [Vector3<f64>],
     radius_m: f64,
     angle: AngleLimit,
@@ -105,7 +105,7 @@ impl Network<'_> {
         Network {
             snapshot,
             neighbours: snapshot.neighbours(),
-            places: snapshot.bodies().now(),
+            places: snapshot.bodies().positions(),
             radius_m: snapshot.edge_radius_m(),
             angle: AngleLimit::new(snapshot.settings.max_view_angle_rad),
             is_in_order: snapshot.keyframes.is_sorted_by_key(|keyframe| keyframe.id),
