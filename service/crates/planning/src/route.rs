@@ -37,11 +37,11 @@ pub struct Route {
 /// [`PlanningError::NoKeyframe`].
 pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>, PlanningError> {
     let robot = snapshot.robot()?;
-    let network = Network::new(snapshot);
+    let graph = RouteGraph::new(snapshot);
     let mut wanted: BTreeSet<Node> = goals.iter().copied().collect();
     let (reached, _) = dijkstra_partial(
         &robot,
-        |&node| network.edges_from(node),
+        |&node| graph.edges_from(node),
         |node| {
             wanted.remove(node);
             wanted.is_empty()
@@ -54,11 +54,10 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
     let find_predecessor = |node: Node| {
         let arrived = cost(node)?;
         let is_tied = |edge: &Edge| {
-            cost(edge.to).is_some_and(|there| {
-                there < arrived && there + network.cost(node, edge.distance_m) == arrived
-            })
+            cost(edge.to)
+                .is_some_and(|there| there < arrived && there + graph.cost(node, edge.distance_m) == arrived)
         };
-        let tied = network.edges(node).into_iter().find(is_tied).map(|edge| edge.to);
+        let tied = graph.edges(node).into_iter().find(is_tied).map(|edge| edge.to);
         tied.or_else(|| reached.get(&node).map(|&(parent, _)| parent))
     };
     // Routes share their beginnings.
@@ -70,14 +69,14 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
             keyframes.push(at);
         }
         keyframes.reverse();
-        let one_way_m = keyframes.windows(2).map(|pair| network.distance_m(pair[0], pair[1])).sum();
+        let one_way_m = keyframes.windows(2).map(|pair| graph.distance_m(pair[0], pair[1])).sum();
         Some(Route { keyframes, one_way_m })
     };
     Ok(goals.iter().map(|&goal| route(goal)).collect())
 }
 
-/// The keyframes and the edges between them.
-struct Network<'a> {
+/// The graph that is searched: the keyframes and the edges between them.
+struct RouteGraph<'a> {
     snapshot: &'a Snapshot,
     neighbours: &'a VerletLists,
     places: &'a [Vector3<f64>],
@@ -100,9 +99,9 @@ struct Edge {
     distance_m: f64,
 }
 
-impl Network<'_> {
-    fn new(snapshot: &Snapshot) -> Network<'_> {
-        Network {
+impl RouteGraph<'_> {
+    fn new(snapshot: &Snapshot) -> RouteGraph<'_> {
+        RouteGraph {
             snapshot,
             neighbours: snapshot.neighbours(),
             places: snapshot.bodies().positions(),
