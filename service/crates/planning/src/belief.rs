@@ -1,7 +1,7 @@
 //! What the robot would know of its pose after a round trip, or after one more step [PDN12, eqs. 1, 3, 4].
 
 use crate::error::PlanningError;
-use crate::outlook::{Outlook, by_places};
+use crate::expected_places::{ExpectedPlaces, by_places};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
 use nalgebra::Matrix6;
@@ -88,19 +88,19 @@ pub fn expect_all(
 }
 
 /// Sigma_nn of several round trips and nothing else, else as [`expect_all`] and with the same bits; `trips` come with their
-/// indices in `outlook`. Cost: a quarter.
+/// indices in `expected`. Cost: a quarter.
 ///
 /// # Errors
 /// As [`expect_all`].
 pub fn terminals(
     snapshot: &Snapshot,
-    outlook: &Outlook,
+    expected: &ExpectedPlaces,
     trips: &[(usize, &RoundTrip)],
     pool: &rayon::ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Option<Matrix6<f64>>>, PlanningError> {
     let asked: Vec<&RoundTrip> = trips.iter().map(|&(_, trip)| trip).collect();
-    let paths = |group: &[usize]| group.iter().map(|&index| outlook.path(trips[index].0)).collect();
+    let paths = |group: &[usize]| group.iter().map(|&index| expected.path(trips[index].0)).collect();
     evaluate_all(snapshot, &asked, &paths, pool, stop, |evaluator, path, _| Ok(evaluator.terminal(path)?))
 }
 
@@ -183,6 +183,6 @@ fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
 /// # Errors
 /// [`PlanningError::NoKeyframe`]; the kernel's finding about a baseline.
 pub fn virtual_paths(snapshot: &Snapshot, trips: &[&RoundTrip]) -> Result<Vec<VirtualPath>, PlanningError> {
-    let outlook = Outlook::new(snapshot, trips)?;
-    (0..trips.len()).map(|trip| outlook.path(trip)).collect()
+    let expected = ExpectedPlaces::new(snapshot, trips)?;
+    (0..trips.len()).map(|trip| expected.path(trip)).collect()
 }

@@ -9,7 +9,7 @@
 
 use crate::belief::{Belief, expect_all, terminals};
 use crate::error::PlanningError;
-use crate::outlook::Outlook;
+use crate::expected_places::ExpectedPlaces;
 use crate::reward::Scale;
 use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
@@ -43,7 +43,7 @@ pub fn best(
     let mut order: Vec<usize> = (0..trips.len()).collect();
     order.sort_by(|&one, &other| least_penalty(one).total_cmp(&least_penalty(other)).then(one.cmp(&other)));
 
-    let outlook = Outlook::new(snapshot, &trips.iter().collect::<Vec<_>>())?;
+    let expected = ExpectedPlaces::new(snapshot, &trips.iter().collect::<Vec<_>>())?;
     let (mut found, mut judged): (Option<(f64, usize)>, _) = (None, vec![false; trips.len()]);
     let (nearest, others) = order.split_at(order.len().min(NEAREST));
     for batch in [nearest, others] {
@@ -51,7 +51,7 @@ pub fn best(
         let (open, beaten): (Vec<usize>, Vec<usize>) = batch.iter().partition(|&&index| can_win(index));
         beaten.into_iter().for_each(|index| judged[index] = true);
         let asked: Vec<(usize, &RoundTrip)> = open.iter().map(|&index| (index, &trips[index])).collect();
-        for (index, terminal) in open.into_iter().zip(terminals(snapshot, &outlook, &asked, pool, stop)?) {
+        for (index, terminal) in open.into_iter().zip(terminals(snapshot, &expected, &asked, pool, stop)?) {
             let Some(terminal) = terminal else { continue };
             let penalty = scale.penalty(scale.uncertainty_ratio(&terminal)?, area(index));
             judged[index] = true;

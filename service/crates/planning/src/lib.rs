@@ -3,7 +3,7 @@
 //! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, kept from one snapshot to the next: `spatial`,
 //! `derived`. The steps of the paper: [`saliency`] (III.A),
 //! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`registration`] (eq. 2),
-//! [`outlook`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
+//! [`expected_places`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
 //! [`mod@decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
 //!
 //! Everything is a pure function of the snapshot: no clock, no randomness, no hash order. Threads appear only
@@ -33,7 +33,7 @@ pub mod route;
 
 pub mod registration;
 
-pub mod outlook;
+pub mod expected_places;
 
 pub mod belief;
 mod bound;

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
 use pdn_planning::decide::decide;
-use pdn_planning::outlook::Outlook;
+use pdn_planning::expected_places::ExpectedPlaces;
 use pdn_planning::round_trip::{RoundTrip, along_route};
 use pdn_planning::route::routes;
 use pdn_planning::{Candidate, Question, Snapshot};
@@ -61,10 +61,10 @@ fn what_a_trip_may_expect_does_not_depend_on_the_others() {
     let found = routes(&snapshot, &goals).unwrap().into_iter().flatten();
     let mut trips: Vec<RoundTrip> = found.map(|route| along_route(&snapshot, &route, 0).unwrap()).collect();
     Draw(3).shuffle(&mut trips);
-    let outlook = Outlook::new(&snapshot, &trips.iter().collect::<Vec<_>>()).unwrap();
+    let expected = ExpectedPlaces::new(&snapshot, &trips.iter().collect::<Vec<_>>()).unwrap();
     for (index, trip) in trips.iter().enumerate() {
-        let alone = Outlook::new(&snapshot, &[trip]).unwrap().path(0).unwrap();
-        let path = outlook.path(index).unwrap();
+        let alone = ExpectedPlaces::new(&snapshot, &[trip]).unwrap().path(0).unwrap();
+        let path = expected.path(index).unwrap();
         assert_eq!(path, alone);
     }
 }
