@@ -2,10 +2,10 @@
 
 use crate::distance::median;
 use crate::error::PlanningError;
-use crate::registration::optical_axis;
 use crate::snapshot::Snapshot;
 use crate::spatial::VerletLists;
 use crate::spatial::{ReferenceGrid, SpatialIndex};
+use crate::view_angle::optical_axis;
 use crate::waypoint::Waypoint;
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::Node;

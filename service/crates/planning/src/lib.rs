@@ -2,7 +2,7 @@
 //!
 //! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, kept from one snapshot to the next: `spatial`,
 //! `derived`. The steps of the paper: [`saliency`] (III.A),
-//! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`registration`] (eq. 2),
+//! [`cluster`] and [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`link_model`] (eq. 2), [`registration`] (eq. 3),
 //! [`expected_places`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9). Their composition:
 //! [`mod@decide`], with [`decision`] as the result and [`reason`] for the person who reads it.
 //!
@@ -31,7 +31,9 @@ pub mod waypoint;
 pub mod round_trip;
 pub mod route;
 
+pub mod link_model;
 pub mod registration;
+mod view_angle;
 
 pub mod expected_places;
 
@@ -52,7 +54,7 @@ pub use decide::{decide, evaluate_paths};
 pub use decision::{Action, Candidate, Decision, Evaluation, Exploration, Question, Robot};
 pub use derived::{Derived, DerivedCache};
 pub use error::PlanningError;
-pub use registration::LinkModel;
+pub use link_model::LinkModel;
 pub use saliency::Saliency;
 pub use settings::{Allowable, Settings};
 pub use snapshot::{OdometryStep, Snapshot, SnapshotKeyframe};

@@ -6,9 +6,9 @@
 
 use crate::distance::is_less;
 use crate::error::PlanningError;
-use crate::registration::AngleLimit;
 use crate::snapshot::Snapshot;
 use crate::spatial::VerletLists;
+use crate::view_angle::AngleLimit;
 use nalgebra::Vector3;
 use pathfinding::directed::dijkstra::dijkstra_partial;
 use pdn_kernel::Node;

@@ -2,7 +2,7 @@
 
 use crate::derived::{Derived, keep};
 use crate::error::PlanningError;
-use crate::registration::LinkModel;
+use crate::link_model::LinkModel;
 use crate::saliency::Saliency;
 use crate::settings::Settings;
 use nalgebra::{Matrix6, Vector3};
