@@ -1,8 +1,8 @@
 //! What may be expected at the places that round trips pass [PDN12, eqs. 1, 3]. Trips that begin alike pass the same
 //! places, and what is expected there is found once, when the first of them asks.
 
-use crate::derived::keep;
 use crate::error::PlanningError;
+use crate::memo::get_or_try_init;
 use crate::registration::{Link, links};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::{Snapshot, SnapshotKeyframe};
@@ -70,7 +70,7 @@ impl<'a> ExpectedPlaces<'a> {
 
     fn expected(&self, place: u32) -> Result<&Arc<VirtualPlace>, PlanningError> {
         let Place { world_from_body: pose, before, expected } = &self.places[place as usize];
-        keep(expected, || {
+        get_or_try_init(expected, || {
             let from = before.map(|before| &self.places[before as usize].world_from_body);
             let steps = |from| VirtualSteps {
                 out: expected_odometry(self.snapshot, from, pose),

@@ -1,8 +1,8 @@
 //! The reason of a decision, in one sentence for a person.
 
 use crate::decision::{Action, Candidate, Exploration};
+use crate::revisit::Waypoint;
 use crate::snapshot::Snapshot;
-use crate::waypoint::Waypoint;
 
 /// Why the action was chosen, with the numbers that made the difference. `waypoints` are all of the snapshot's,
 /// `not_evaluated` those that time was too short for.

@@ -3,7 +3,7 @@
 
 use crate::distance::nanometres;
 use crate::error::PlanningError;
-use crate::route::Route;
+use crate::revisit::Route;
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use pdn_kernel::se3::Pose;

@@ -6,6 +6,7 @@
 
 use crate::distance::is_less;
 use crate::error::PlanningError;
+use crate::revisit::Route;
 use crate::snapshot::Snapshot;
 use crate::spatial::VerletLists;
 use crate::view_angle::AngleLimit;
@@ -14,15 +15,6 @@ use pathfinding::directed::dijkstra::dijkstra_partial;
 use pdn_kernel::Node;
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A way from the robot to a waypoint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Route {
-    /// Keyframes from the robot to the waypoint, both included.
-    pub keyframes: Vec<Node>,
-    /// Length of the polyline through their positions, m.
-    pub one_way_m: f64,
-}
 
 /// The cheapest route from the robot to each goal, in their order; none for a goal out of reach.
 ///

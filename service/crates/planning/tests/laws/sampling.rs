@@ -4,9 +4,9 @@ use crate::draw::Draw;
 use crate::mission::{Mission, untied};
 use nalgebra::Vector3;
 use pdn_kernel::{Node, so3};
+use pdn_planning::Route;
 use pdn_planning::distance::nanometres;
 use pdn_planning::round_trip::{MAX_NODES, along_points, along_route};
-use pdn_planning::route::Route;
 use pdn_planning::{PlanningError, Snapshot};
 use proptest::prelude::*;
 

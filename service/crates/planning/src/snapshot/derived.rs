@@ -1,17 +1,16 @@
-//! What is derived from a snapshot once and serves all questions asked of it, and what of it later snapshots begin with.
+//! What is derived from a snapshot once and serves all questions asked of it, and the cache from which that begins.
 
+use super::Snapshot;
 use crate::distance::median;
-use crate::error::PlanningError;
-use crate::snapshot::Snapshot;
-use crate::spatial::VerletLists;
-use crate::spatial::{ReferenceGrid, SpatialIndex};
+use crate::revisit::Waypoint;
+use crate::spatial::{ReferenceGrid, SpatialIndex, VerletLists};
 use crate::view_angle::optical_axis;
-use crate::waypoint::Waypoint;
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::Node;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// What is derived from a snapshot. `Derived::default()` begins with nothing; what is found is the same, bit for bit.
+/// What is derived from a snapshot. `Derived::default()` begins with an empty cache; what is found is the same, bit for
+/// bit.
 #[derive(Default)]
 pub struct Derived {
     cache: DerivedCache,
@@ -24,12 +23,12 @@ pub struct Derived {
     pub(crate) waypoints: OnceLock<Vec<Waypoint>>,
 }
 
-/// What snapshots of one mission hand on: sorted places and lists of neighbours, of which most stay from one to the
-/// next. Copies are the same cache. Nothing that is found depends on it, only the time that it takes.
+/// Cache that the snapshots of one mission share: reference grids and Verlet lists, of which most stay from one snapshot
+/// to the next. Copies are the same cache. Nothing that is found depends on it, only the time that it takes.
 #[derive(Clone, Debug, Default)]
 pub struct DerivedCache(Arc<Mutex<CacheContent>>);
 
-/// What the latest that was derived left.
+/// What was derived last.
 #[derive(Debug, Default)]
 struct CacheContent {
     bodies: Option<Arc<ReferenceGrid>>,
@@ -47,25 +46,25 @@ pub(crate) struct Cameras {
 }
 
 impl Derived {
-    /// Nothing yet, to be derived from what earlier snapshots left, and to be left to later ones.
+    /// Nothing yet; what will be derived begins from this cache and updates it.
     pub fn with_cache(cache: &DerivedCache) -> Derived {
         Derived { cache: cache.clone(), ..Derived::default() }
     }
 }
 
 impl DerivedCache {
-    /// Makes something from what was left for it, and leaves what later ones may begin with.
-    fn renew<T: Clone, R>(
+    /// Makes something from its cached part, and caches what later snapshots may begin with.
+    fn update<T: Clone, R>(
         &self,
         of: fn(&mut CacheContent) -> &mut T,
         make: impl FnOnce(T) -> R,
-        leave: impl FnOnce(&R) -> T,
+        reusable: impl FnOnce(&R) -> T,
     ) -> R {
-        // Others may hand on the same meanwhile: what is there is whole at any time.
+        // Other snapshots may update the same part meanwhile: what is cached is whole at any time.
         let content = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let before = of(&mut content()).clone();
         let made = make(before);
-        *of(&mut content()) = leave(&made);
+        *of(&mut content()) = reusable(&made);
         made
     }
 }
@@ -76,7 +75,7 @@ impl Snapshot {
         self.derived.bodies.get_or_init(|| {
             let places = self.keyframes.iter().map(|keyframe| keyframe.world_from_body.translation.vector);
             let make = |before| SpatialIndex::new(places.collect(), self.edge_radius_m(), before);
-            self.derived.cache.renew(|content| &mut content.bodies, make, |made| Some(made.reference()))
+            self.derived.cache.update(|content| &mut content.bodies, make, |made| Some(made.reference()))
         })
     }
 
@@ -89,8 +88,8 @@ impl Snapshot {
             });
             let (positions, axes): (Vec<_>, Vec<_>) = cameras.unzip();
             let make = |before| SpatialIndex::new(positions, self.settings.max_baseline_m, before);
-            let leave = |made: &SpatialIndex| Some(made.reference());
-            let centres = self.derived.cache.renew(|content| &mut content.cameras, make, leave);
+            let reusable = |made: &SpatialIndex| Some(made.reference());
+            let centres = self.derived.cache.update(|content| &mut content.cameras, make, reusable);
             Cameras { centres, axes }
         })
     }
@@ -124,7 +123,7 @@ impl Snapshot {
                 self.bodies().visit(place, reach_m, |node, _| show(node));
             })
         };
-        self.derived.cache.renew(of, update, VerletLists::clone)
+        self.derived.cache.update(of, update, VerletLists::clone)
     }
 
     /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no
@@ -137,19 +136,5 @@ impl Snapshot {
             let added = (1..self.keyframes.len() as u32).map(|node| step_m(Node(node - 1), Node(node)));
             median(if self.went.is_empty() { added.collect() } else { went.collect() })
         })
-    }
-}
-
-/// Fills a cell once; a failure leaves it empty, so that it is found again by the next question.
-pub(crate) fn keep<T>(
-    cell: &OnceLock<T>,
-    make: impl FnOnce() -> Result<T, PlanningError>,
-) -> Result<&T, PlanningError> {
-    match cell.get() {
-        Some(kept) => Ok(kept),
-        None => {
-            let made = make()?;
-            Ok(cell.get_or_init(|| made))
-        }
     }
 }
