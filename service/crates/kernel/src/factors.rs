@@ -132,15 +132,9 @@ impl Factor {
         (0..6).filter(|&row| self.whitening[(row, row)] != 0.0).count()
     }
 
-    /// Whether it determines all six degrees of freedom of a pose (prior), or of one pose given the other (odometry,
-    /// relative).
-    pub fn ties_fully(&self) -> bool {
-        matches!(self.measurement, Measurement::Prior(_) | Measurement::Relative(_))
-    }
-
     /// Where the measurement alone puts the other keyframe, `pose` being that of `known`: X_i Z for the second, X_j Z^-1
-    /// for the first. A prior puts its own keyframe, whatever `pose` is. `None` for kinds that do not tie fully and for
-    /// a keyframe that is not one of its own.
+    /// for the first. A prior puts its own keyframe, whatever `pose` is. `None` for kinds that do not
+    /// determine all six degrees of freedom and for a keyframe that is not one of its own.
     pub fn pose_of_other(&self, known: Node, pose: &Pose) -> Option<Pose> {
         match (&self.measurement, self.nodes) {
             (Measurement::Prior(prior), _) => Some(prior.world_from_body),

@@ -32,11 +32,6 @@ impl PairInformation {
     pub fn exchanged(&self) -> Self {
         Self { first: self.second, cross: self.cross.transpose(), second: self.first }
     }
-
-    /// The information times `weight`, such as the probability that the measurement succeeds.
-    pub fn scaled(&self, weight: f64) -> Self {
-        Self { first: self.first * weight, cross: self.cross * weight, second: self.second * weight }
-    }
 }
 
 /// Expected information of a camera registration between two poses; rows and columns of `square_root_information`:

@@ -26,14 +26,6 @@ pub struct RoundTrip {
     pub poses: Vec<Pose>,
 }
 
-impl RoundTrip {
-    /// The index in `poses` of the outbound node at the same place as an inbound one; none for an outbound node
-    /// and for the last.
-    pub fn outbound_of(&self, index: usize) -> Option<usize> {
-        (self.poses.len().checked_sub(index + 2)).filter(|&outbound| outbound < index)
-    }
-}
-
 /// The round trip along a route. `path` is what an error calls it.
 ///
 /// Each piece between two successive keyframes is halved until its parts are no longer than `sample_spacing_m`

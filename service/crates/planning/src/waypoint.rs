@@ -46,17 +46,18 @@ pub fn goals(snapshot: &Snapshot) -> Result<Vec<(&Waypoint, &Route)>, PlanningEr
 /// Clusters of the salient set, each as sorted ids of keyframes with their nodes.
 fn clusters(snapshot: &Snapshot) -> Vec<Vec<(u64, Node)>> {
     let Settings { eps_m, min_points, .. } = snapshot.settings;
-    let neighbours = snapshot.salient_neighbours();
+    let lists = snapshot.salient_neighbours();
     let mut salient: Vec<(u64, Node)> =
         snapshot.salient().map(|node| (snapshot.keyframe(node).id, node)).collect();
     salient.sort_unstable();
     let mut ranks = vec![0; snapshot.keyframes.len()];
     salient.iter().enumerate().for_each(|(rank, (_, node))| ranks[node.index()] = rank);
     let near = |&(_, node): &(u64, Node)| {
-        let near = neighbours.of(node).map(|other| (ranks[other.index()], snapshot.body(other)));
+        let near = lists.of(node).map(|other| (ranks[other.index()], snapshot.body(other)));
         cluster::within(near, &snapshot.body(node), eps_m)
     };
-    let clusters = cluster::clusters(salient.iter().map(near).collect(), min_points);
+    let neighbours: Vec<Vec<(usize, i64)>> = salient.iter().map(near).collect();
+    let clusters = cluster::dbscan(&neighbours, min_points);
     clusters.into_iter().map(|ranks| ranks.into_iter().map(|rank| salient[rank]).collect()).collect()
 }
 
