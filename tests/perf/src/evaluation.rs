@@ -81,7 +81,7 @@ fn evaluation(trees: &Trees, paths: &[&VirtualPath], repeats: usize) -> Result<E
     Ok(Evaluation {
         candidates: paths.len(),
         virtual_nodes: mean(&virtual_nodes),
-        links: mean(&|path| path_links(path)),
+        links: mean(&|path| path.node_links().count()),
         poses: mean(&|path| virtual_nodes(path) + linked(path)),
         candidate,
         streamed_candidate,
@@ -101,11 +101,6 @@ fn spread(paths: &[VirtualPath], count: usize) -> Vec<&VirtualPath> {
 
 fn virtual_nodes(path: &VirtualPath) -> usize {
     path.nodes() as usize
-}
-
-/// What is expected at a place is expected at each of its nodes.
-fn path_links(path: &VirtualPath) -> usize {
-    path.links().map(|(place, _)| path.nodes_at(place).into_iter().flatten().count()).sum()
 }
 
 fn linked(path: &VirtualPath) -> usize {

@@ -6,7 +6,7 @@ use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
 use nalgebra::Matrix6;
 use pdn_kernel::Node;
-use pdn_kernel::elimination::{PathEvaluator, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{PathEvaluator, VirtualPath, Workspace};
 use pdn_kernel::se3::adjoint;
 use rayon::prelude::*;
 use std::cell::Cell;
@@ -166,13 +166,10 @@ fn evaluate_group<T: Clone>(
     Ok(found)
 }
 
-/// Virtual node, keyframe and P_L of each expected registration, by node: what is expected at a place, at each of its nodes.
+/// Virtual node, keyframe and P_L of each expected registration, by node.
 fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
-    let at_nodes = |(place, link): (u32, &VirtualLink)| {
-        let (keyframe, probability) = (link.keyframe, link.probability);
-        path.nodes_at(place).into_iter().flatten().map(move |node| (node, keyframe, probability))
-    };
-    let mut links: Vec<(u32, Node, f64)> = path.links().flat_map(at_nodes).collect();
+    let links = path.node_links().map(|(node, link)| (node, link.keyframe, link.probability));
+    let mut links: Vec<(u32, Node, f64)> = links.collect();
     links.sort_by_key(|&(node, ..)| node); // stable: of a node, the most probable first
     links
 }

@@ -223,10 +223,8 @@ pub fn dense_with_path(
     for node in 0..count {
         add(row(node), row(node + 1), path.step(node as u32), 1.0);
     }
-    for (place, link) in path.links() {
-        for node in path.nodes_at(place).into_iter().flatten() {
-            add(link.keyframe.index(), row(node as usize), &link.information, weight(link));
-        }
+    for (node, link) in path.node_links() {
+        add(link.keyframe.index(), row(node as usize), &link.information, weight(link));
     }
     for node in 1..=count {
         let at = 6 * row(node);

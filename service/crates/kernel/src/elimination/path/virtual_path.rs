@@ -79,6 +79,14 @@ impl VirtualPath {
         (0..).zip(&self.places).flat_map(|(number, place)| place.links.iter().map(move |link| (number, link)))
     }
 
+    /// Possible registrations with their virtual nodes: what is expected at a place is expected at each of its nodes. In
+    /// the order of places.
+    pub fn node_links(&self) -> impl Iterator<Item = (u32, &VirtualLink)> {
+        let at_nodes =
+            |(place, link)| self.nodes_at(place).into_iter().flatten().map(move |node| (node, link));
+        self.links().flat_map(at_nodes)
+    }
+
     /// Odometry information between virtual nodes i (`first`) and i + 1 (`second`), i = 0 to n - 1. The path must have a
     /// step to each place but 0.
     pub fn step(&self, node: u32) -> &PairInformation {
