@@ -10,7 +10,7 @@
 //! - covariances come down the same tree (Takahashi's recursion).
 //!
 //! Reading order: `system` (the blocks), `engine` (all that can be asked), `order` (the order of elimination), `symbolic`
-//! (the fronts), `front` and `assembly` (their numbers), `tree` (what stays and what goes), `tree_state` (what is saved of
+//! (the fronts), `front` and `assembly` (their numbers), `tree` and `restructure` (what stays and what goes), `tree_state` (what is saved of
 //! it), `solution`, `marginals`; `path` for paths not driven yet. Nothing recurses over the tree, and nothing is dense in
 //! the number of nodes.
 
@@ -25,7 +25,7 @@ mod assembly;
 mod dense;
 mod front;
 mod packed;
-mod plan;
+mod restructure;
 mod tree;
 mod tree_state;
 
