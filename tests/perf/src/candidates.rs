@@ -69,7 +69,8 @@ pub fn snapshot(
     })
 }
 
-/// At most `count` round trips from the robot, ordered as planning does: those with common beginnings are neighbours.
+/// At most `count` round trips from the robot, ordered as planning does: those with common beginnings are
+/// neighbours.
 pub fn round_trips(snapshot: &Snapshot, count: usize) -> Result<(Goals, Vec<RoundTrip>), PlanningError> {
     let waypoints = goals(snapshot)?;
     let (goals, chosen): (Goals, Vec<Route>) = if waypoints.len() >= count {

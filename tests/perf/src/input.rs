@@ -124,7 +124,8 @@ pub fn put_poses(arrays: &mut Arrays, poses: &[Pose]) {
     arrays.put_f64("poses", &[7], poses.iter().flat_map(pose_row));
 }
 
-/// Kind (0 prior, 1 odometry, 2 attitude, 3 depth, 4 camera), the other keyframe, the measurement as a pose, its deviations.
+/// Kind (0 prior, 1 odometry, 2 attitude, 3 depth, 4 camera), the other keyframe, the measurement as a pose,
+/// its deviations.
 fn row(index: usize, measured: &Measured, first_estimate: &Pose) -> (u32, usize, Pose, Vector6<f64>) {
     let pair = |[first, second]: [f64; 2]| Vector6::new(first, first, first, second, second, second);
     match measured {

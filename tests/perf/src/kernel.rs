@@ -1,4 +1,5 @@
-//! Every call of the kernel that is measured. What follows a change of the kernel's interface is in this file alone.
+//! Every call of the kernel that is measured. What follows a change of the kernel's interface is in this file
+//! alone.
 
 use nalgebra::{Matrix5, Matrix6, Vector5, Vector6};
 use pdn_kernel::elimination::PathEvaluator;
@@ -33,7 +34,8 @@ const BATCH_TOLERANCE: f64 = 1e-9;
 pub enum Wanted {
     /// Covariance of the last virtual node.
     Terminal,
-    /// That, that of each node on the way, and the terminal one with every link and with none: all that a decision asks.
+    /// That, that of each node on the way, and the terminal one with every link and with none: all that a
+    /// decision asks.
     Variants,
 }
 
@@ -76,8 +78,8 @@ impl Stream {
         Ok(guess)
     }
 
-    /// Follows what was added as the daemon does: a few steps, and now and then the whole graph is linearised anew as
-    /// closely as the daemon does it. True if it was.
+    /// Follows what was added as the daemon does: a few steps, and now and then the whole graph is linearised
+    /// anew as closely as the daemon does it. True if it was.
     pub fn follow(&mut self) -> Result<bool, KernelError> {
         self.smoother.advance()?;
         self.smoother.take_moved(); // the daemon's raster follows them
@@ -128,7 +130,8 @@ impl Stream {
         self.smoother.clone()
     }
 
-    /// The optimum of all factors, by Gauss-Newton from the estimate with everything linearised and eliminated anew.
+    /// The optimum of all factors, by Gauss-Newton from the estimate with everything linearised and
+    /// eliminated anew.
     pub fn batch_optimum(&self) -> Result<Vec<Pose>, KernelError> {
         let mut poses = self.estimates();
         for _ in 0..BATCH_ROUNDS {

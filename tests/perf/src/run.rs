@@ -17,10 +17,12 @@ pub struct Report {
     pub keyframes: usize,
     pub measurements: usize,
     pub links: usize,
-    /// Following one keyframe as it comes; at some the whole graph is linearised anew. All of them, and the others.
+    /// Following one keyframe as it comes; at some the whole graph is linearised anew. All of them, and the
+    /// others.
     pub update: Summary,
     pub update_between: Summary,
-    /// Greatest distance of the estimate from the batch optimum at the end, [m, rad]: as streamed, and converged.
+    /// Greatest distance of the estimate from the batch optimum at the end, [m, rad]: as streamed, and
+    /// converged.
     pub drift: [f64; 2],
     pub converged_drift: [f64; 2],
     /// Copying the smoother, as a snapshot does.
@@ -34,7 +36,8 @@ pub struct Report {
     pub goals: &'static str,
     /// A candidate's virtual nodes and links with their information, mean.
     pub virtual_path: f64,
-    /// One whole decision on a new snapshot with the smoother's tree: marginals, clusters, routes, evaluations, choice.
+    /// One whole decision on a new snapshot with the smoother's tree: marginals, clusters, routes,
+    /// evaluations, choice.
     pub decision: f64,
     pub decision_candidates: usize,
     pub evaluations: Vec<Evaluation>,

@@ -261,7 +261,8 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
         let robot = elimination.marginal(path.robot).expect("anchored");
         let found = PathEvaluator::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
         assert_eq!(found.expect("anchored").along.len(), 40);
-        // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves' own paths.
+        // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves'
+        // own paths.
         assert!(elimination.statistics().height < 150, "{:?}", elimination.statistics());
     };
     std::thread::Builder::new()

@@ -143,8 +143,8 @@ fn each_step_of_a_stream_equals_the_batch_at_its_linearisation_points() {
                 assert!(difference < 1e-9, "seed {seed}, keyframe {index}, node {node}: {difference:e}");
             }
 
-            // The estimate: steps are exact but for what back-substitution leaves out, a hundredth of the tolerance
-            // times the lever arms of this small graph.
+            // The estimate: steps are exact but for what back-substitution leaves out, a hundredth of the
+            // tolerance times the lever arms of this small graph.
             let steps = covariance * right;
             for node in 0..=index {
                 let step = Vector6::from_column_slice(steps.rows(6 * node, 6).into_owned().as_slice());
@@ -355,7 +355,8 @@ fn a_bound_on_iterations_is_reported_and_the_next_advance_goes_on() {
     assert!(report.converged && report.iterations == 0, "{report:?}");
 }
 
-/// New keyframes come in above those before, so the tree of a long way grows by a front now and then; a candidate goes all of it.
+/// New keyframes come in above those before, so the tree of a long way grows by a front now and then; a
+/// candidate goes all of it.
 #[test]
 fn the_tree_of_a_long_way_is_ordered_anew_before_it_is_high() {
     const WAY: u32 = 8000;
@@ -374,7 +375,7 @@ fn the_tree_of_a_long_way_is_ordered_anew_before_it_is_high() {
         greatest = greatest.max(smoother.elimination().statistics().height);
         place *= step;
     }
-    // Twice as high as when it was ordered and 128 fronts more. A way is ordered up to 104 fronts high: parts of 200 keyframes go
-    // from one end to the other.
+    // Twice as high as when it was ordered and 128 fronts more. A way is ordered up to 104 fronts high: parts
+    // of 200 keyframes go from one end to the other.
     assert!(greatest <= 2 * 104 + 128, "{greatest}");
 }

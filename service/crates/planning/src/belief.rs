@@ -14,7 +14,8 @@ use std::cell::Cell;
 /// The robot's expected knowledge at the end of a round trip and on the way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
-    /// Sigma_nn: the 6x6 block at node n of the inverse of Lambda_pdn [PDN12, eq. 4], each link weighted by P_L.
+    /// Sigma_nn: the 6x6 block at node n of the inverse of Lambda_pdn [PDN12, eq. 4], each link weighted by
+    /// P_L.
     pub terminal: Matrix6<f64>,
     /// Sigma_nn with every link registered (P = 1).
     pub terminal_all_links: Matrix6<f64>,
@@ -50,19 +51,20 @@ const SMALLEST_GROUP: usize = 8;
 const PATHS_AT_ONCE: usize = 8;
 
 thread_local! {
-    /// The memory in which a thread evaluates, kept for its next trips: making it anew takes a seventh of the time of 50.
-    /// It is taken out meanwhile, so that a fault leaves nothing half done to later trips.
+    /// The memory in which a thread evaluates, kept for its next trips: making it anew takes a seventh of the
+    /// time of 50. It is taken out meanwhile, so that a fault leaves nothing half done to later trips.
     static WORKSPACE: Cell<Workspace> = Cell::default();
 }
 
-/// Round trips that a thread takes at once: those with common beginnings cost less one after the other, so as many as
-/// leave each thread two groups. The numbers do not depend on the groups.
+/// Round trips that a thread takes at once: those with common beginnings cost less one after the other, so as
+/// many as leave each thread two groups. The numbers do not depend on the groups.
 pub fn group_size(trips: usize, threads: usize) -> usize {
     if threads <= 1 { trips.max(1) } else { trips.div_ceil(2 * threads).max(SMALLEST_GROUP) }
 }
 
-/// The beliefs of several round trips, in their order, spread over the pool's threads; none for those that were
-/// still waiting when `stop` said so. `stop` is asked before each. The numbers do not depend on the threads.
+/// The beliefs of several round trips, in their order, spread over the pool's threads; none for those that
+/// were still waiting when `stop` said so. `stop` is asked before each. The numbers do not depend on the
+/// threads.
 ///
 /// # Errors
 /// The kernel's finding about a trip that has no answer.
@@ -87,8 +89,8 @@ pub fn expect_all(
     })
 }
 
-/// Sigma_nn of several round trips and nothing else, else as [`expect_all`] and with the same bits; `trips` come with their
-/// indices in `expected`. Cost: a quarter.
+/// Sigma_nn of several round trips and nothing else, else as [`expect_all`] and with the same bits; `trips`
+/// come with their indices in `expected`. Cost: a quarter.
 ///
 /// # Errors
 /// As [`expect_all`].
@@ -136,7 +138,8 @@ fn evaluate_all<T: Clone + Send>(
     Ok(all)
 }
 
-/// What is evaluated of a group of round trips, one after the other; none once `stop` says so, which is asked before each.
+/// What is evaluated of a group of round trips, one after the other; none once `stop` says so, which is asked
+/// before each.
 fn evaluate_group<T: Clone>(
     snapshot: &Snapshot,
     group: &[usize],
@@ -174,8 +177,8 @@ fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
     links
 }
 
-/// Lambda_odo, Lambda_cam and the absolute sensors' information of round trips [PDN12, eqs. 1, 3], with virtual
-/// node 0 at the robot. What is expected at a place is found once for all trips that begin by it.
+/// Lambda_odo, Lambda_cam and the absolute sensors' information of round trips [PDN12, eqs. 1, 3], with
+/// virtual node 0 at the robot. What is expected at a place is found once for all trips that begin by it.
 ///
 /// # Errors
 /// [`PlanningError::NoKeyframe`]; the kernel's finding about a baseline.

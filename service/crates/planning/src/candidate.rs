@@ -8,8 +8,9 @@ use crate::reward::Scale;
 use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
 
-/// The candidates of round trips that have been evaluated, numbered from 1 in the order of all trips. Each trip
-/// comes with its waypoint (none for a path that a person drew) and its belief (none if it was not evaluated).
+/// The candidates of round trips that have been evaluated, numbered from 1 in the order of all trips. Each
+/// trip comes with its waypoint (none for a path that a person drew) and its belief (none if it was not
+/// evaluated).
 ///
 /// # Errors
 /// The kernel's, if an expected covariance is not positive definite.

@@ -1,15 +1,16 @@
-//! Density-based clustering, DBSCAN [PDN12, III.B], with labels that do not depend on the order of the points.
+//! Density-based clustering, DBSCAN [PDN12, III.B], with labels that do not depend on the order of the
+//! points.
 
 use crate::distance::nanometres;
 use nalgebra::Vector3;
 
-/// Clusters of points, as sorted lists of their indices, in the order of their least ones [EKSX96]. `neighbours` has for
-/// each point the others within eps and their distances in nanometres.
+/// Clusters of points, as sorted lists of their indices, in the order of their least ones [EKSX96].
+/// `neighbours` has for each point the others within eps and their distances in nanometres.
 ///
-/// A point with at least `min_points` points (itself included) within eps is a core point. Core points within eps of each
-/// other share a cluster. Any other point joins the cluster of the nearest core point within eps, ties to the core point
-/// of lower index, or else is noise and in no cluster. So with points in the order of their ids nothing depends on how
-/// they came.
+/// A point with at least `min_points` points (itself included) within eps is a core point. Core points within
+/// eps of each other share a cluster. Any other point joins the cluster of the nearest core point within eps,
+/// ties to the core point of lower index, or else is noise and in no cluster. So with points in the order of
+/// their ids nothing depends on how they came.
 ///
 /// Cost: proportional to the neighbours.
 pub fn dbscan(neighbours: &[Vec<(usize, i64)>], min_points: usize) -> Vec<Vec<usize>> {

@@ -1,5 +1,5 @@
-//! What may be expected at the places that round trips pass [PDN12, eqs. 1, 3]. Trips that begin alike pass the same
-//! places, and what is expected there is found once, when the first of them asks.
+//! What may be expected at the places that round trips pass [PDN12, eqs. 1, 3]. Trips that begin alike pass
+//! the same places, and what is expected there is found once, when the first of them asks.
 
 use crate::error::PlanningError;
 use crate::memo::get_or_try_init;
@@ -58,8 +58,8 @@ impl<'a> ExpectedPlaces<'a> {
         Ok(ExpectedPlaces { snapshot, robot, places, of_trips })
     }
 
-    /// What a trip, by its index, adds to the information: Lambda_odo, Lambda_cam and the absolute sensors', with virtual
-    /// node 0 at the robot. Cost: what is expected at places that no trip has asked for.
+    /// What a trip, by its index, adds to the information: Lambda_odo, Lambda_cam and the absolute sensors',
+    /// with virtual node 0 at the robot. Cost: what is expected at places that no trip has asked for.
     ///
     /// # Errors
     /// The kernel's finding about a baseline.

@@ -2,10 +2,11 @@
 
 use crate::error::PlanningError;
 
-/// The empirical table of P_L over the two local saliencies: `bins` x `bins`, equal widths on [0, 1], symmetric.
+/// The empirical table of P_L over the two local saliencies: `bins` x `bins`, equal widths on [0, 1],
+/// symmetric.
 ///
-/// A link between saliencies of bins i and j is the same event as one between j and i: it counts once, in a cell
-/// that (i, j) and (j, i) share.
+/// A link between saliencies of bins i and j is the same event as one between j and i: it counts once, in a
+/// cell that (i, j) and (j, i) share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkModel {
     bins: usize,
@@ -38,7 +39,8 @@ impl LinkModel {
     ///
     /// # Errors
     /// [`PlanningError::LinkModelShape`] unless there are `bins * bins` pairs and at least one bin;
-    /// [`PlanningError::LinkModelPrior`] for a pair that is not finite, negative, zero twice, or not symmetric.
+    /// [`PlanningError::LinkModelPrior`] for a pair that is not finite, negative, zero twice, or not
+    /// symmetric.
     pub fn new(bins: usize, prior: &[[f64; 2]]) -> Result<LinkModel, PlanningError> {
         if bins == 0 || bins.checked_mul(bins) != Some(prior.len()) {
             return Err(PlanningError::LinkModelShape { bins, pairs: prior.len() });

@@ -18,12 +18,13 @@ pub struct Link {
     pub probability: f64,
 }
 
-/// L_i: the registrations that a virtual node proposes [PDN12, eq. 3]. `nearest` is the keyframe nearest to it,
-/// whose saliency is S_Lc and whose `body_from_camera` it takes.
+/// L_i: the registrations that a virtual node proposes [PDN12, eq. 3]. `nearest` is the keyframe nearest to
+/// it, whose saliency is S_Lc and whose `body_from_camera` it takes.
 ///
 /// The baseline is the distance between the camera centres, as in the camera factor. It lies in
 /// [`min_baseline_m`, `max_baseline_m`], the optical axes differ by `max_view_angle_rad` at most, and of what
-/// remains at most `max_links` are taken by greatest P_L, then least baseline (to the nanometre), then lowest id.
+/// remains at most `max_links` are taken by greatest P_L, then least baseline (to the nanometre), then lowest
+/// id.
 pub fn links(snapshot: &Snapshot, world_from_body: &Pose, nearest: Node) -> Vec<Link> {
     let settings = &snapshot.settings;
     let current = snapshot.keyframe(nearest);

@@ -1,8 +1,8 @@
 //! Ways from the robot to the waypoints over the keyframes of the graph [PDN12, III.C].
 //!
-//! The paper weights A*'s heuristic by 2 - S_L, which has local minima, and perturbs the search out of them. Here
-//! the weight stands in the cost of an edge, where the same criterion has a global optimum, and one search from
-//! the robot finds it for all waypoints.
+//! The paper weights A*'s heuristic by 2 - S_L, which has local minima, and perturbs the search out of them.
+//! Here the weight stands in the cost of an edge, where the same criterion has a global optimum, and one
+//! search from the robot finds it for all waypoints.
 
 use crate::distance::is_less;
 use crate::error::PlanningError;
@@ -18,10 +18,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The cheapest route from the robot to each goal, in their order; none for a goal out of reach.
 ///
-/// Two keyframes are connected if they are closer than [`Snapshot::edge_radius_m`] and either their optical axes
-/// differ by `max_view_angle_rad` at most or the vehicle itself went from one to the other: a plate has two sides. An
-/// edge costs (2 - S_L(target)) * distance. Where routes of equal cost meet, the one from the keyframe of lower id is
-/// taken.
+/// Two keyframes are connected if they are closer than [`Snapshot::edge_radius_m`] and either their optical
+/// axes differ by `max_view_angle_rad` at most or the vehicle itself went from one to the other: a plate has
+/// two sides. An edge costs (2 - S_L(target)) * distance. Where routes of equal cost meet, the one from the
+/// keyframe of lower id is taken.
 ///
 /// Cost: one search with n log n over the keyframes nearer than the goals.
 ///
@@ -137,8 +137,8 @@ impl RouteGraph<'_> {
         self.edges(node).into_iter().map(|edge| (edge.to, self.cost(edge.to, edge.distance_m)))
     }
 
-    /// Of an edge to `target`. In whole picometres: sums of integers are exact, so routes tie or do not, whatever the order
-    /// of addition.
+    /// Of an edge to `target`. In whole picometres: sums of integers are exact, so routes tie or do not,
+    /// whatever the order of addition.
     fn cost(&self, target: Node, distance_m: f64) -> i128 {
         (self.weights[target.index()] * distance_m * 1e12).round() as i128
     }

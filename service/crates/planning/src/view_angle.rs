@@ -22,7 +22,8 @@ impl AngleLimit {
         AngleLimit { limit_rad, cosine: limit_rad.min(std::f64::consts::PI).cos() }
     }
 
-    /// Whether two unit vectors differ by it at most. The cosine tells without the angle, unless it is near the limit's.
+    /// Whether two unit vectors differ by it at most. The cosine tells without the angle, unless it is near
+    /// the limit's.
     pub(crate) fn admits(&self, axis: &Vector3<f64>, other: &Vector3<f64>) -> bool {
         let inside = axis.dot(other) - self.cosine;
         if inside.abs() > COSINE_ROUNDING { inside > 0.0 } else { angle_rad(axis, other) <= self.limit_rad }

@@ -9,11 +9,13 @@ use super::tree::{Tree, TreeScratch};
 use super::tree_state::{Ordered, TreeState};
 use crate::{KernelError, Node};
 
-/// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
+/// All nodes are ordered anew once eliminating them costs more than this many times what a good order would
+/// cost.
 const QUALITY_LOSS: f64 = 2.0;
 
-/// So they are once the tree is higher than this many times what it was when last ordered, and `ROOM_ABOVE` fronts more: every
-/// candidate goes the way to the root. New keyframes come in at the top, where they make a chain.
+/// So they are once the tree is higher than this many times what it was when last ordered, and `ROOM_ABOVE`
+/// fronts more: every candidate goes the way to the root. New keyframes come in at the top, where they make a
+/// chain.
 const HEIGHT_LOSS: u32 = 2;
 const ROOM_ABOVE: u32 = 128;
 
@@ -101,8 +103,8 @@ impl Elimination {
         Ok(marginals::marginal(&self.tree, node.0))
     }
 
-    /// Covariance of these nodes together, in their order: their rows and columns of the inverse. Cost: the ways from the
-    /// nodes to the root. Errors: [`KernelError::UnknownNode`].
+    /// Covariance of these nodes together, in their order: their rows and columns of the inverse. Cost: the
+    /// ways from the nodes to the root. Errors: [`KernelError::UnknownNode`].
     pub fn joint(&self, nodes: &[Node]) -> Result<DMatrix<f64>, KernelError> {
         nodes.iter().try_for_each(|node| self.check(*node))?;
         Ok(marginals::joint(&self.tree, nodes))
@@ -117,8 +119,8 @@ impl Elimination {
         covariances
     }
 
-    /// Covariances of these nodes (ascending, once each), in their order. Cost: the fronts between them and the roots.
-    /// Errors: [`KernelError::UnknownNode`].
+    /// Covariances of these nodes (ascending, once each), in their order. Cost: the fronts between them and
+    /// the roots. Errors: [`KernelError::UnknownNode`].
     pub fn marginals_of(&self, nodes: &[Node]) -> Result<Vec<Matrix6<f64>>, KernelError> {
         nodes.last().map_or(Ok(()), |&last| self.check(last))?;
         let mut covariances = vec![Matrix6::zeros(); nodes.len()];
@@ -152,8 +154,8 @@ impl Elimination {
         self.tree.state(self.ordered)
     }
 
-    /// Eliminates the whole system on this tree. Errors: [`KernelError::OtherGraph`] for a tree over other nodes, else as
-    /// of [`Elimination::of`].
+    /// Eliminates the whole system on this tree. Errors: [`KernelError::OtherGraph`] for a tree over other
+    /// nodes, else as of [`Elimination::of`].
     pub(crate) fn restore(&mut self, state: &TreeState) -> Result<(), KernelError> {
         self.tree = Tree::restore(state, &self.system, &mut self.scratch)?;
         self.ordered = state.ordered;
@@ -175,7 +177,8 @@ impl Elimination {
         self.tree.nodes() as u32..self.len() as u32
     }
 
-    /// Solves again if steps above a front have moved by more than `prune` since it was solved. Cost: every front then.
+    /// Solves again if steps above a front have moved by more than `prune` since it was solved. Cost: every
+    /// front then.
     pub(crate) fn back_substitute(&self, solution: &mut Solution, prune: f64) {
         if solution.has_unpropagated(prune) {
             solution.update(&self.tree, &self.downward(), prune);
@@ -201,9 +204,10 @@ impl Elimination {
         Ok(self.finish(&fronts, solution, prune))
     }
 
-    /// Follows new nodes and new pairs between these nodes, and solves. Everything is ordered anew when eliminating the
-    /// tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to today's size, or when it is more
-    /// than `HEIGHT_LOSS` times as high and `ROOM_ABOVE`. Returns what was done.
+    /// Follows new nodes and new pairs between these nodes, and solves. Everything is ordered anew when
+    /// eliminating the tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to
+    /// today's size, or when it is more than `HEIGHT_LOSS` times as high and `ROOM_ABOVE`. Returns what was
+    /// done.
     pub(crate) fn restructure(
         &mut self,
         touched: &[u32],

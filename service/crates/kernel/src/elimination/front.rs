@@ -56,7 +56,8 @@ impl Front {
         Front { shape, factor: Vec::new(), update: Vec::new(), right: Vec::new() }
     }
 
-    /// Puts the front together from the system and its children, and eliminates it. After an error it is what it was.
+    /// Puts the front together from the system and its children, and eliminates it. After an error it is what
+    /// it was.
     pub(super) fn eliminate<'a>(
         &mut self,
         system: &BlockSystem,

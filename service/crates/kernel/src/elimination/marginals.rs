@@ -15,8 +15,8 @@ pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
     joint(tree, &[Node(node)]).fixed_view::<6, 6>(0, 0).into_owned()
 }
 
-/// Covariance of these nodes together, in their order. With Lambda = L L^T and E the nodes' unit columns it is Y^T Y for
-/// Y = L^-1 E, and Y is zero but on the ways from the nodes' fronts to the roots.
+/// Covariance of these nodes together, in their order. With Lambda = L L^T and E the nodes' unit columns it
+/// is Y^T Y for Y = L^-1 E, and Y is zero but on the ways from the nodes' fronts to the roots.
 pub(super) fn joint(tree: &Tree, nodes: &[Node]) -> DMatrix<f64> {
     let size = 6 * nodes.len();
     let mut covariance = DMatrix::zeros(size, size);
@@ -79,9 +79,9 @@ fn ways(tree: &Tree, nodes: &[Node]) -> Vec<u32> {
     order
 }
 
-/// Covariances of nodes, by the roots down: each front hands its children what they share with it. With `wanted`
-/// (ascending, once each) only the ways from the roots to these nodes are gone. Calls `tell` for each node found, in no
-/// order.
+/// Covariances of nodes, by the roots down: each front hands its children what they share with it. With
+/// `wanted` (ascending, once each) only the ways from the roots to these nodes are gone. Calls `tell` for
+/// each node found, in no order.
 pub(super) fn marginals(
     tree: &Tree,
     nodes: usize,

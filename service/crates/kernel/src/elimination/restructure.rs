@@ -1,5 +1,5 @@
-//! New nodes and pairs come into the tree: its top is dissolved, ordered anew together with them, and eliminated, as in
-//! iSAM2 [ISAM2]; the subtrees below stay as they are.
+//! New nodes and pairs come into the tree: its top is dissolved, ordered anew together with them, and
+//! eliminated, as in iSAM2 [ISAM2]; the subtrees below stay as they are.
 
 use std::sync::Arc;
 
@@ -11,7 +11,8 @@ use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
 use crate::KernelError;
 
-/// Beyond this share of the nodes it costs little more to order and eliminate all of them, and the tree is better.
+/// Beyond this share of the nodes it costs little more to order and eliminate all of them, and the tree is
+/// better.
 const MOST_DISSOLVED: f64 = 0.5;
 
 /// What is taken out of the tree.
@@ -35,9 +36,9 @@ struct Ids {
 
 impl Tree {
     /// Takes in new nodes and pairs: the fronts of the touched nodes and everything above them are dissolved,
-    /// their nodes ordered anew together with the new ones, the highest node last, and eliminated; the subtrees
-    /// below stay as they are. If more than `MOST_DISSOLVED` of all nodes are concerned, everything is ordered anew.
-    /// Nothing changes on an error. Returns the new fronts, parents before children.
+    /// their nodes ordered anew together with the new ones, the highest node last, and eliminated; the
+    /// subtrees below stay as they are. If more than `MOST_DISSOLVED` of all nodes are concerned, everything
+    /// is ordered anew. Nothing changes on an error. Returns the new fronts, parents before children.
     pub(super) fn restructure(
         &mut self,
         system: &BlockSystem,
@@ -105,7 +106,8 @@ impl Tree {
         symbolic::analyse(&Part { order: &order, offsets: &offsets, targets: &targets, orphans: &separators })
     }
 
-    /// Step 3: ids for so many new fronts: first those of the dissolved ones, then unused ones, then new ones.
+    /// Step 3: ids for so many new fronts: first those of the dissolved ones, then unused ones, then new
+    /// ones.
     fn allot(&self, dissolved: &Dissolved, count: usize) -> Ids {
         let mut new: Vec<u32> = dissolved.fronts.clone();
         let mut unused = self.unused.clone();
@@ -150,7 +152,8 @@ impl Tree {
         Ok(fronts)
     }
 
-    /// Step 5: puts the new fronts into the tree instead of the dissolved ones. Returns them, parents before children.
+    /// Step 5: puts the new fronts into the tree instead of the dissolved ones. Returns them, parents before
+    /// children.
     fn replace(&mut self, dissolved: &Dissolved, fronts: Vec<Front>, ids: Ids, nodes: usize) -> Vec<u32> {
         for &id in &dissolved.fronts {
             self.flops -= self.front(id).shape.flops();

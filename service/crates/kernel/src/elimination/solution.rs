@@ -48,8 +48,8 @@ impl Solution {
         self.unpropagated.iter().any(|&unpropagated| unpropagated > prune)
     }
 
-    /// Before these fronts (parents before children) are dissolved or eliminated again: what moved above them and
-    /// was not propagated is left to their children, which may hang elsewhere afterwards.
+    /// Before these fronts (parents before children) are dissolved or eliminated again: what moved above them
+    /// and was not propagated is left to their children, which may hang elsewhere afterwards.
     pub(super) fn push_down(&mut self, tree: &Tree, fronts: &[u32]) {
         self.unpropagated.resize(tree.id_bound(), 0.0);
         for &id in fronts {
@@ -61,8 +61,8 @@ impl Solution {
     }
 
     /// Solves after an elimination of these fronts (parents before children), and below them wherever a
-    /// separator has moved by more than `prune` in all since the front below it was last visited. Returns the nodes
-    /// visited. Cost: the fronts visited and their children.
+    /// separator has moved by more than `prune` in all since the front below it was last visited. Returns the
+    /// nodes visited. Cost: the fronts visited and their children.
     pub(super) fn update(&mut self, tree: &Tree, eliminated: &[u32], prune: f64) -> Vec<u32> {
         self.unpropagated.resize(tree.id_bound(), 0.0);
         for &id in eliminated {
@@ -82,8 +82,8 @@ impl Solution {
         visited
     }
 
-    /// `earlier` bounds how far the separator's values moved in passes that did not come here: it has not been propagated
-    /// to the fronts below.
+    /// `earlier` bounds how far the separator's values moved in passes that did not come here: it has not
+    /// been propagated to the fronts below.
     fn visit(
         &mut self,
         tree: &Tree,
@@ -116,7 +116,8 @@ impl Solution {
             if unpropagated.is_infinite() {
                 continue; // it was eliminated: its turn comes anyhow
             }
-            // What moved in this pass is known exactly, since all above was visited if it moved enough to matter.
+            // What moved in this pass is known exactly, since all above was visited if it moved enough to
+            // matter.
             let separator = &tree.front(child).shape.separator;
             let now = separator.iter().map(|&node| self.moved[node as usize]).fold(0.0, f64::max);
             let before = *unpropagated + earlier;

@@ -86,7 +86,8 @@ impl Tree {
     }
 
     /// Eliminates again, in their shapes, the fronts of these nodes and everything above them. For changed
-    /// numbers without new pairs of nodes. After an error the tree must not be used. Returns the fronts, parents before children.
+    /// numbers without new pairs of nodes. After an error the tree must not be used. Returns the fronts,
+    /// parents before children.
     pub(super) fn refresh(
         &mut self,
         system: &BlockSystem,
@@ -112,8 +113,8 @@ impl Tree {
         Ok(ids)
     }
 
-    /// Orders and eliminates everything anew. What there was goes first, so that memory never holds two trees; after an
-    /// error there is none.
+    /// Orders and eliminates everything anew. What there was goes first, so that memory never holds two
+    /// trees; after an error there is none.
     pub(super) fn rebuild(
         &mut self,
         system: &BlockSystem,

@@ -9,8 +9,8 @@ use crate::elimination::{Solution, TreeState};
 use crate::factors::Factor;
 use crate::se3::Pose;
 
-/// The linearisation points, the steps, and the tree on which they were found. With the factors in their order this is
-/// the whole smoother: every other number is a function of them, bit for bit.
+/// The linearisation points, the steps, and the tree on which they were found. With the factors in their
+/// order this is the whole smoother: every other number is a function of them, bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmootherState {
     /// Linearisation point of each keyframe, `world_from_body`, m.
@@ -44,11 +44,11 @@ impl Smoother {
         })
     }
 
-    /// The smoother that had this state, from its settings and its factors in the order of addition. From here on it
-    /// goes the same way, bit for bit.
+    /// The smoother that had this state, from its settings and its factors in the order of addition. From
+    /// here on it goes the same way, bit for bit.
     ///
-    /// Cost: linearising each factor once and one elimination, without ordering. Errors: [`KernelError::OtherGraph`] for
-    /// a state of other factors, and those of [`Smoother::advance`].
+    /// Cost: linearising each factor once and one elimination, without ordering. Errors:
+    /// [`KernelError::OtherGraph`] for a state of other factors, and those of [`Smoother::advance`].
     pub fn restore(
         settings: SmootherSettings,
         state: SmootherState,

@@ -61,8 +61,8 @@ impl Random {
         jacobian.tr_mul(&jacobian)
     }
 
-    /// Information on the difference of two nodes up to a turn of the axes: errors add up along a chain, as those of
-    /// odometry do, and do not grow exponentially, as they would with any Jacobians.
+    /// Information on the difference of two nodes up to a turn of the axes: errors add up along a chain, as
+    /// those of odometry do, and do not grow exponentially, as they would with any Jacobians.
     pub fn pair(&mut self) -> PairInformation {
         let second = self.jacobian();
         let turn = self.matrix().qr().q();

@@ -1,4 +1,5 @@
-//! What is derived from a snapshot once and serves all questions asked of it, and the cache from which that begins.
+//! What is derived from a snapshot once and serves all questions asked of it, and the cache from which that
+//! begins.
 
 use super::Snapshot;
 use crate::distance::median;
@@ -9,8 +10,8 @@ use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::Node;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// What is derived from a snapshot. `Derived::default()` begins with an empty cache; what is found is the same, bit for
-/// bit.
+/// What is derived from a snapshot. `Derived::default()` begins with an empty cache; what is found is the
+/// same, bit for bit.
 #[derive(Default)]
 pub struct Derived {
     cache: DerivedCache,
@@ -23,8 +24,9 @@ pub struct Derived {
     pub(crate) waypoints: OnceLock<Vec<Waypoint>>,
 }
 
-/// Cache that the snapshots of one mission share: reference grids and Verlet lists, of which most stay from one snapshot
-/// to the next. Copies are the same cache. Nothing that is found depends on it, only the time that it takes.
+/// Cache that the snapshots of one mission share: reference grids and Verlet lists, of which most stay from
+/// one snapshot to the next. Copies are the same cache. Nothing that is found depends on it, only the time
+/// that it takes.
 #[derive(Clone, Debug, Default)]
 pub struct DerivedCache(Arc<Mutex<CacheContent>>);
 
@@ -94,8 +96,8 @@ impl Snapshot {
         })
     }
 
-    /// For each keyframe the others within [`Snapshot::edge_radius_m`]. Cost: once, a comparison for each and a search
-    /// for those that have moved.
+    /// For each keyframe the others within [`Snapshot::edge_radius_m`]. Cost: once, a comparison for each and
+    /// a search for those that have moved.
     pub(crate) fn neighbours(&self) -> &VerletLists {
         self.derived.neighbours.get_or_init(|| {
             let now = self.bodies().positions().iter().copied().map(Some).collect();
@@ -103,7 +105,8 @@ impl Snapshot {
         })
     }
 
-    /// For each keyframe of the salient set the others of it within `eps_m`. Cost as of [`Snapshot::neighbours`].
+    /// For each keyframe of the salient set the others of it within `eps_m`. Cost as of
+    /// [`Snapshot::neighbours`].
     pub(crate) fn salient_neighbours(&self) -> &VerletLists {
         self.derived.salient_neighbours.get_or_init(|| {
             let mut now = vec![None; self.keyframes.len()];
@@ -127,8 +130,8 @@ impl Snapshot {
     }
 
     /// Median distance of consecutive keyframes, m: of those between which the vehicle itself went, or, if no
-    /// odometry has come at all, of those that follow one another in the order of addition. None with fewer than
-    /// two keyframes.
+    /// odometry has come at all, of those that follow one another in the order of addition. None with fewer
+    /// than two keyframes.
     pub fn spacing_m(&self) -> Option<f64> {
         *self.derived.spacing_m.get_or_init(|| {
             let step_m = |from: Node, to: Node| (self.body(to) - self.body(from)).norm();

@@ -16,13 +16,14 @@ pub use derived::{Derived, DerivedCache};
 
 /// A mission as it stands. Every pose is a linearisation point, so that an outsider can recompute a decision.
 ///
-/// Make it field by field with `derived: Derived::default()` or the mission's cache ([`Derived::with_cache`]), share it
-/// behind an `Arc`, and change nothing afterwards: what has been derived from the fields is cached.
+/// Make it field by field with `derived: Derived::default()` or the mission's cache
+/// ([`Derived::with_cache`]), share it behind an `Arc`, and change nothing afterwards: what has been derived
+/// from the fields is cached.
 pub struct Snapshot {
     /// Keyframes of the pose graph; the index is the kernel's [`Node`].
     pub keyframes: Vec<SnapshotKeyframe>,
-    /// The newest keyframe, which is where the robot is; none before the first. It need not be the last in the list: an
-    /// older one can be tied to the graph later.
+    /// The newest keyframe, which is where the robot is; none before the first. It need not be the last in
+    /// the list: an older one can be tied to the graph later.
     pub newest: Option<Node>,
     /// Pairs of keyframes between which the vehicle itself went (odometry), in the order of addition.
     pub went: Vec<(Node, Node)>,
@@ -119,8 +120,8 @@ impl Snapshot {
         self.bodies().nearest(point_in_world, id).ok_or(PlanningError::NoKeyframe)
     }
 
-    /// Greatest distance of two keyframes that a route connects, m: the mission's, or 2.6 times the median distance of
-    /// consecutive keyframes.
+    /// Greatest distance of two keyframes that a route connects, m: the mission's, or 2.6 times the median
+    /// distance of consecutive keyframes.
     pub fn edge_radius_m(&self) -> f64 {
         let by_spacing = || EDGE_RADIUS_IN_SPACINGS * self.spacing_m().unwrap_or(0.0);
         self.settings.edge_radius_m.unwrap_or_else(by_spacing)

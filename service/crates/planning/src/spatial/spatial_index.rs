@@ -1,9 +1,10 @@
 //! Where nodes are, searched by distance; most of it is handed on from one snapshot to the next.
 //!
-//! A grid is made once, for reference positions. While a node is within a slack of its reference position, a search that
-//! reaches farther by the slack finds it there, and its distance is that from where it is now. Nodes that are new or have
-//! moved farther are in a small grid of their own; when they become many, everything is sorted anew. So what a search
-//! finds is a function of where the nodes are now and of nothing else.
+//! A grid is made once, for reference positions. While a node is within a slack of its reference position, a
+//! search that reaches farther by the slack finds it there, and its distance is that from where it is now.
+//! Nodes that are new or have moved farther are in a small grid of their own; when they become many,
+//! everything is sorted anew. So what a search finds is a function of where the nodes are now and of nothing
+//! else.
 
 use super::grid::Grid;
 use crate::distance::nanometres;
@@ -18,7 +19,8 @@ const SLACK: f64 = 0.125;
 const DISPLACED_NODES: usize = 64;
 const DISPLACED_SHARE: usize = 16;
 
-/// The grid serves searches of other radii than it was made for as long as they differ by less than this factor.
+/// The grid serves searches of other radii than it was made for as long as they differ by less than this
+/// factor.
 const OTHER_EDGE: f64 = 1.25;
 
 /// Rounding of a place's coordinates and of nanometres, m.
@@ -42,8 +44,8 @@ pub(crate) struct ReferenceGrid {
 }
 
 impl SpatialIndex {
-    /// `edge_m` is about the radius of the searches to come (one metre if it is no length), `before` the reference of an
-    /// earlier state, or of a later one.
+    /// `edge_m` is about the radius of the searches to come (one metre if it is no length), `before` the
+    /// reference of an earlier state, or of a later one.
     ///
     /// Cost: a comparison for each node, and sorting those that are displaced.
     pub(crate) fn new(
@@ -78,7 +80,8 @@ impl SpatialIndex {
         &self.positions
     }
 
-    /// The nearest node, of those at its distance to the nanometre the one of least `rank`; none without nodes.
+    /// The nearest node, of those at its distance to the nanometre the one of least `rank`; none without
+    /// nodes.
     pub(crate) fn nearest(&self, place: &Vector3<f64>, rank: impl Fn(Node) -> u64) -> Option<Node> {
         let mut reach_m = self.reference.grid.edge_m();
         while reach_m.is_finite() {

@@ -1,9 +1,11 @@
-//! For each of many points that move a little those near it: Verlet lists, handed on from one state to the next.
+//! For each of many points that move a little those near it: Verlet lists, handed on from one state to the
+//! next.
 //!
-//! A list has the points that were within a reach and a skin when it was made. Until one of two points has gone more than half
-//! the skin from its reference position, the list of each names the other whenever they are within the reach. A point
-//! that goes farther is taken out and put in again. Distances are always those from where the points are now, so what is
-//! told is a function of that and of nothing else, once whoever asks has left out what is beyond the radius.
+//! A list has the points that were within a reach and a skin when it was made. Until one of two points has
+//! gone more than half the skin from its reference position, the list of each names the other whenever they
+//! are within the reach. A point that goes farther is taken out and put in again. Distances are always those
+//! from where the points are now, so what is told is a function of that and of nothing else, once whoever
+//! asks has left out what is beyond the radius.
 
 use nalgebra::Vector3;
 use pdn_kernel::{Node, SharedVec};
@@ -12,7 +14,8 @@ use std::sync::Arc;
 /// The skin, in reaches.
 const SKIN: f64 = 0.125;
 
-/// The reach of new lists, in radii that they are asked for: a radius that follows an estimate may grow a little.
+/// The reach of new lists, in radii that they are asked for: a radius that follows an estimate may grow a
+/// little.
 const REACH: f64 = 1.05;
 
 /// Lists of more than this many times the radius that is wanted are made anew.
@@ -34,8 +37,9 @@ pub(crate) struct VerletLists {
 impl VerletLists {
     /// Lists for a radius, from those for an earlier or later state.
     ///
-    /// `now` has the point of each node, if it is one. `search` shows at least all points within a distance of a place, in any order.
-    /// Cost: a comparison for each node, a search and its neighbours' lists for each point that is new or has moved.
+    /// `now` has the point of each node, if it is one. `search` shows at least all points within a distance
+    /// of a place, in any order. Cost: a comparison for each node, a search and its neighbours' lists for
+    /// each point that is new or has moved.
     pub(crate) fn update(
         mut self,
         radius_m: f64,
@@ -77,7 +81,8 @@ impl VerletLists {
         made
     }
 
-    /// Nodes whose point is new, gone, or no longer within half the skin of its reference position, ascending.
+    /// Nodes whose point is new, gone, or no longer within half the skin of its reference position,
+    /// ascending.
     fn moved(&self, now: &[Option<Vector3<f64>>]) -> Vec<u32> {
         // A little of the skin is left for rounding.
         let limit_m = 0.49 * SKIN * self.reach_m;
@@ -224,7 +229,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(400))]
 
-        /// Nobody within the radius is missing, whoever is named is no farther than the skin allows, and nobody twice.
+        /// Nobody within the radius is missing, whoever is named is no farther than the skin allows, and
+        /// nobody twice.
         #[test]
         fn the_lists_have_whoever_is_near(
             begun in prop::collection::vec(place(), 0..40),
@@ -238,11 +244,13 @@ mod tests {
                 for (node, point) in points.iter().enumerate() {
                     let named: Vec<usize> = lists.of(Node(node as u32)).map(Node::index).collect();
                     let far_m = |other: usize| Some((points[other]? - (*point)?).norm());
-                    let is_near = |&other: &usize| other != node && far_m(other).is_some_and(|far_m| far_m <= radius_m);
+                    let within = |other: usize, far: f64| far_m(other).is_some_and(|far_m| far_m <= far);
+                    let is_near = |&other: &usize| other != node && within(other, radius_m);
                     let near: Vec<usize> = (0..points.len()).filter(is_near).collect();
-                    prop_assert!(near.iter().all(|other| named.contains(other)), "{node}: {near:?}, {named:?}");
+                    let has_all = near.iter().all(|other| named.contains(other));
+                    prop_assert!(has_all, "{node}: {near:?}, {named:?}");
                     let farthest_m = TOO_FAR * radius_m * (1.0 + 2.0 * SKIN);
-                    prop_assert!(named.iter().all(|&other| far_m(other).is_some_and(|far_m| far_m <= farthest_m)));
+                    prop_assert!(named.iter().all(|&other| within(other, farthest_m)));
                     prop_assert!(named.is_sorted_by(|one, other| one < other));
                 }
             }

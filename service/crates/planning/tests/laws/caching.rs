@@ -33,8 +33,10 @@ fn changes() -> impl Strategy<Value = Vec<Change>> {
     let change = prop_oneof![
         3 => (1..4_usize).prop_map(Change::Add),
         1 => (1..4_usize).prop_map(Change::Remove),
-        4 => (1..12_usize, far_m, any::<u64>()).prop_map(|(every, far_m, seed)| Change::Move { every, far_m, seed }),
-        1 => (1.1..1.5_f64, 0.7..1.6_f64).prop_map(|(edge_radius_m, eps_m)| Change::Set { edge_radius_m, eps_m }),
+        4 => (1..12_usize, far_m, any::<u64>())
+            .prop_map(|(every, far_m, seed)| Change::Move { every, far_m, seed }),
+        1 => (1.1..1.5_f64, 0.7..1.6_f64)
+            .prop_map(|(edge_radius_m, eps_m)| Change::Set { edge_radius_m, eps_m }),
     ];
     prop::collection::vec(change, 1..15)
 }
@@ -108,7 +110,8 @@ proptest! {
             let goals: Vec<Node> = (0..survey.keyframes as u32).map(Node).collect();
             prop_assert_eq!(routes(&cached, &goals).unwrap(), routes(&fresh, &goals).unwrap());
             for _ in 0..20 {
-                let place = survey.poses[draw.below(survey.keyframes)] * Pose::new(draw.vector(0.5), draw.vector(0.1));
+                let known = survey.poses[draw.below(survey.keyframes)];
+                let place = known * Pose::new(draw.vector(0.5), draw.vector(0.1));
                 let nearest = fresh.nearest(&place.translation.vector).unwrap();
                 prop_assert_eq!(cached.nearest(&place.translation.vector).unwrap(), nearest);
                 prop_assert_eq!(links(&cached, &place, nearest), links(&fresh, &place, nearest));

@@ -23,13 +23,15 @@ proptest! {
         let mut keyframes = vec![Node(count - 1)];
         keyframes.extend((0..hops).map(|hop| Node((hop * 3) as u32)));
         let pose = |node: &Node| snapshot.keyframe(*node).world_from_body;
-        let trip = along_route(&snapshot, &Route { keyframes: keyframes.clone(), one_way_m: 9.0 }, 0).unwrap();
+        let route = Route { keyframes: keyframes.clone(), one_way_m: 9.0 };
+        let trip = along_route(&snapshot, &route, 0).unwrap();
 
         let mut places = Vec::new();
         for piece in keyframes.windows(2) {
             let [from, to] = [pose(&piece[0]), pose(&piece[1])];
             let length_m = (to.translation.vector - from.translation.vector).norm();
-            let parts = (0..20).map(|halvings| 1 << halvings).find(|&parts| length_m / parts as f64 <= spacing_m);
+            let mut parts = (0..20).map(|halvings| 1 << halvings);
+            let parts = parts.find(|&parts| length_m / parts as f64 <= spacing_m);
             for part in 1..=parts.unwrap() {
                 let share = part as f64 / parts.unwrap() as f64;
                 let turn = from.rotation.slerp(&to.rotation, share);

@@ -4,8 +4,8 @@ use super::graph::Graph;
 use super::separator::{BETWEEN, LEFT, RIGHT};
 use super::{bisection, minimum_degree};
 
-/// Parts of no more vertices are ordered by minimum degree. Measured on surveys of 10,000 keyframes: larger parts save time,
-/// and beyond 200 the tree grows tall.
+/// Parts of no more vertices are ordered by minimum degree. Measured on surveys of 10,000 keyframes: larger
+/// parts save time, and beyond 200 the tree grows tall.
 const LEAF: usize = 200;
 /// Neighbours outside a leaf that are counted in its degrees, at most.
 const HALO: usize = 176;

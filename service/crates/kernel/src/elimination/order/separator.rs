@@ -41,7 +41,8 @@ impl Division {
         (excess, between, left.abs_diff(right))
     }
 
-    /// Moves single vertices out of the separator while that helps. Deterministic: ties go to the lower vertex.
+    /// Moves single vertices out of the separator while that helps. Deterministic: ties go to the lower
+    /// vertex.
     pub(super) fn refine(&mut self, graph: &Graph) {
         for _ in 0..PASSES {
             if !self.pass(graph) {

@@ -11,8 +11,8 @@ use crate::elimination::assembly::NONE;
 use crate::elimination::takahashi::FrontCovariance;
 
 impl Workspace {
-    /// Covariance of each virtual node 1 to n with links weighed by their probabilities, after `terminal` so and with
-    /// `record`.
+    /// Covariance of each virtual node 1 to n with links weighed by their probabilities, after `terminal` so
+    /// and with `record`.
     pub(super) fn along(&self, factorization: Factorization, path: &VirtualPath) -> Vec<Matrix6<f64>> {
         let variables = self.structure.variables(factorization.system.len() as u32);
         let chain = &self.structure.chain;
@@ -52,8 +52,8 @@ impl Workspace {
         covariances
     }
 
-    /// Visits the touched fronts that eliminate a wanted row, and those above them, from the top down with their
-    /// ids, the number eliminated in each, and the covariance of all its rows.
+    /// Visits the touched fronts that eliminate a wanted row, and those above them, from the top down with
+    /// their ids, the number eliminated in each, and the covariance of all its rows.
     fn descend(
         &self,
         factorization: Factorization,

@@ -18,8 +18,8 @@ pub(super) struct Chain {
     pub gaps: Vec<Gap>,
 }
 
-/// Information between a place (`second`) and the one before it (`first`), seen from the robot: of the nodes of the
-/// way out, and of those of the way back.
+/// Information between a place (`second`) and the one before it (`first`), seen from the robot: of the nodes
+/// of the way out, and of those of the way back.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Join {
     pub out: PairInformation,
@@ -106,7 +106,8 @@ fn eliminate(
 }
 
 impl Conditional {
-    /// From the joint covariance of the nodes before and after: that of the node before (first) and this one (second).
+    /// From the joint covariance of the nodes before and after: that of the node before (first) and this one
+    /// (second).
     pub(super) fn insert(&self, around: &PairCovariance) -> PairCovariance {
         let PairCovariance { first, cross, second } = around;
         // Cov(x_a, x) = -(S_aa A^T + S_ab B^T), Cov(x_b, x) = -(S_ba A^T + S_bb B^T).

@@ -8,8 +8,8 @@ use crate::KernelError;
 use crate::elimination::engine::Elimination;
 
 /// Evaluates paths from the robot over one elimination. Where a path begins as the one before it does, the
-/// fronts that only the common places touch are not eliminated again; the numbers are the same bit for bit. So paths
-/// with common beginnings should follow one another.
+/// fronts that only the common places touch are not eliminated again; the numbers are the same bit for bit.
+/// So paths with common beginnings should follow one another.
 #[derive(Debug)]
 pub struct PathEvaluator<'a> {
     elimination: &'a Elimination,
@@ -25,16 +25,16 @@ impl<'a> PathEvaluator<'a> {
 
     /// Sigma_nn of a path with its links weighed by their probabilities \[PDN12, eq. 4\]. Exact.
     ///
-    /// Cost: the fronts that hold a linked keyframe and those above them, as far as not shared. The elimination stays as it
-    /// is. Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
+    /// Cost: the fronts that hold a linked keyframe and those above them, as far as not shared. The
+    /// elimination stays as it is. Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
     /// [`KernelError::VirtualNotPositiveDefinite`] for information that is not positive definite.
     pub fn terminal(&mut self, path: &VirtualPath) -> Result<Matrix6<f64>, KernelError> {
         self.analyse(path)?;
         self.workspace.terminal(self.factorization(), path, LinkWeight::Expected, false)
     }
 
-    /// All covariances that a decision tells of a path. What the path touches is found once, and without links the
-    /// robot's covariance is all that is needed of the graph.
+    /// All covariances that a decision tells of a path. What the path touches is found once, and without
+    /// links the robot's covariance is all that is needed of the graph.
     ///
     /// `robot_covariance` is the marginal of `path.robot`. Errors: as of [`PathEvaluator::terminal`].
     pub fn covariances(

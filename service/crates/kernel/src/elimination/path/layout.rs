@@ -1,4 +1,5 @@
-//! The rows of the touched fronts: which unknowns of the path are eliminated in each, and which pass through it.
+//! The rows of the touched fronts: which unknowns of the path are eliminated in each, and which pass through
+//! it.
 
 use std::ops::Range;
 
@@ -12,8 +13,8 @@ impl PathStructure {
     pub(super) fn lay_out(&mut self, tree: &Tree, variables: Variables) {
         self.rows.clear();
         self.ids.clear();
-        // Of each touched front whose parent has not come yet: the unknowns that pass through it. A subtree comes
-        // in one piece, so a front finds those of its children on top.
+        // Of each touched front whose parent has not come yet: the unknowns that pass through it. A subtree
+        // comes in one piece, so a front finds those of its children on top.
         let mut waiting: Vec<(u32, Range<usize>)> = Vec::new();
         let mut passing: Vec<u32> = Vec::new();
         let (mut next_link, mut next_eliminated) = (0, 0);

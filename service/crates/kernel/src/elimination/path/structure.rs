@@ -1,5 +1,5 @@
-//! The symbolic analysis of a path on the tree: the fronts it touches, their order, and where each of its places is
-//! eliminated. One structure serves every weight of the links.
+//! The symbolic analysis of a path on the tree: the fronts it touches, their order, and where each of its
+//! places is eliminated. One structure serves every weight of the links.
 
 use std::ops::Range;
 
@@ -21,7 +21,8 @@ pub(super) struct PathStructure {
     pub front_of: Vec<u32>,
     /// Touched fronts, children before parents, then `TOP`.
     pub touched: Vec<u32>,
-    /// The touched children of each touched front, by place in `touched`: the last one, and of each the one before it.
+    /// The touched children of each touched front, by place in `touched`: the last one, and of each the one
+    /// before it.
     pub last_child: Vec<u32>,
     pub child_before: Vec<u32>,
     /// The rows of each touched front; see `layout`.
@@ -56,8 +57,8 @@ pub(super) struct LinkAt {
 /// A touched front's share of the path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
-    /// Its block rows in `PathStructure::ids`: eliminated keyframes, eliminated unknowns of the path, separator, unknowns
-    /// that pass.
+    /// Its block rows in `PathStructure::ids`: eliminated keyframes, eliminated unknowns of the path,
+    /// separator, unknowns that pass.
     pub ids: Range<usize>,
     /// How many of them are eliminated in it.
     pub frontal: usize,
@@ -67,7 +68,8 @@ pub(super) struct Rows {
 }
 
 impl PathStructure {
-    /// Finds what the path touches. `previous` is the path that was analysed before, if results for it are to serve again.
+    /// Finds what the path touches. `previous` is the path that was analysed before, if results for it are to
+    /// serve again.
     pub(super) fn analyse(
         &mut self,
         tree: &Tree,
@@ -176,8 +178,8 @@ impl PathStructure {
         }
     }
 
-    /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the subtree of
-    /// each comes in one piece right before it.
+    /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the
+    /// subtree of each comes in one piece right before it.
     fn order_touched(&mut self, tree: &Tree) {
         self.place.resize(tree.id_bound().max(self.place.len()), NONE);
         let mut waiting: Vec<u32> = Vec::new();

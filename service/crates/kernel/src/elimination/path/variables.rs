@@ -1,11 +1,12 @@
 //! The unknowns by which a round trip enters the elimination.
 //!
-//! The two nodes x and y of a place, of the outbound and of the inbound leg, have the same linearisation point and register
-//! with the same keyframes by the same information. In their sum s = x + y and difference d = x - y every registration
-//! is with s alone, by the same cross block: d is joined to nothing but the places next to it. So a front that holds a linked
-//! keyframe, below the front where the place itself is eliminated, carries one block row for the place and not two.
-//! Nothing is approximated, nor even rounded: x = (s + d) / 2 and y = (s - d) / 2 scale blocks by powers of two. (The
-//! orthogonal transformation, with its square roots of 2, tripled the error of the covariance.)
+//! The two nodes x and y of a place, of the outbound and of the inbound leg, have the same linearisation
+//! point and register with the same keyframes by the same information. In their sum s = x + y and difference
+//! d = x - y every registration is with s alone, by the same cross block: d is joined to nothing but the
+//! places next to it. So a front that holds a linked keyframe, below the front where the place itself is
+//! eliminated, carries one block row for the place and not two. Nothing is approximated, nor even rounded: x
+//! = (s + d) / 2 and y = (s - d) / 2 scale blocks by powers of two. (The orthogonal transformation, with its
+//! square roots of 2, tripled the error of the covariance.)
 
 /// Ids of the unknowns of a path, above those of the keyframes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +54,8 @@ impl Variables {
         (self.base + 1 + 2 * self.retained) as usize
     }
 
-    /// The retained place that an unknown belongs to; none for the terminal node. The id must be one of a path.
+    /// The retained place that an unknown belongs to; none for the terminal node. The id must be one of a
+    /// path.
     pub(super) fn retained_of(self, id: u32) -> Option<u32> {
         (id - self.base).checked_sub(1).map(|place| place / 2)
     }

@@ -53,9 +53,9 @@ impl Workspace {
         self.structure.analyse(factorization.tree, factorization.system.len() as u32, path, previous)
     }
 
-    /// Covariance of the terminal node of the path that was analysed last, with its links weighed so. The last front that
-    /// is eliminated holds it last, and its pivot is the answer. With `record` the factors of all touched fronts are
-    /// recorded.
+    /// Covariance of the terminal node of the path that was analysed last, with its links weighed so. The
+    /// last front that is eliminated holds it last, and its pivot is the answer. With `record` the factors of
+    /// all touched fronts are recorded.
     pub(super) fn terminal(
         &mut self,
         factorization: Factorization,
@@ -114,8 +114,9 @@ fn slot(tree: &Tree, front: u32) -> usize {
 }
 
 impl PathStructure {
-    /// Whether what a touched front was eliminated to for the path before is true for this one: it has the same rows, all
-    /// unknowns in them belong to places that both paths share, and its touched children are the same and are reused.
+    /// Whether what a touched front was eliminated to for the path before is true for this one: it has the
+    /// same rows, all unknowns in them belong to places that both paths share, and its touched children are
+    /// the same and are reused.
     fn is_reusable(
         &self,
         result: &FrontResult,
@@ -136,8 +137,8 @@ impl PathStructure {
             && self.children(index).all(|child| reused[child])
     }
 
-    /// Adds what a touched front has without the path: its blocks of the system, and the update matrices of its children,
-    /// of the touched ones with the path.
+    /// Adds what a touched front has without the path: its blocks of the system, and the update matrices of
+    /// its children, of the touched ones with the path.
     fn add_graph(
         &self,
         assembly: &mut Assembly,
@@ -169,9 +170,11 @@ impl PathStructure {
     }
 }
 
-/// Covariance of the terminal node of a path on which nothing registers: the robot's, carried from node to node.
+/// Covariance of the terminal node of a path on which nothing registers: the robot's, carried from node to
+/// node.
 ///
-/// With Lambda the information on a node so far, the next one has `second + unary - cross^T (Lambda + first)^-1 cross`.
+/// With Lambda the information on a node so far, the next one has `second + unary - cross^T (Lambda +
+/// first)^-1 cross`.
 pub(super) fn terminal_without_links(
     path: &VirtualPath,
     robot_covariance: &Matrix6<f64>,

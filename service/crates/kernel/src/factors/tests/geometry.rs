@@ -21,8 +21,8 @@ fn pair(factor: &Factor, first: &Pose, second: &Pose) -> PairInformation {
 }
 
 fn same(a: &PairInformation, b: &PairInformation) -> Result<(), String> {
-    // Measurements rebuilt from poses differ by roundings, some 1e-14 of the poses' 10 m over a baseline of 0.3 m,
-    // and whitening raises them by the condition of the covariance.
+    // Measurements rebuilt from poses differ by roundings, some 1e-14 of the poses' 10 m over a baseline of
+    // 0.3 m, and whitening raises them by the condition of the covariance.
     agree(&a.first, &b.first, 1e-10)?;
     agree(&a.cross, &b.cross, 1e-10)?;
     agree(&a.second, &b.second, 1e-10)
@@ -35,8 +35,8 @@ proptest! {
         first in poses(), mounts in (poses(), poses()), direction in directions(), length in 0.3..3.0f64,
         turn in rotation_vectors(), q in covariances::<6>(), mut r in covariances::<5>(),
     ) {
-        // Where the two smallest components of the direction tie, a rounding turns the basis by a right angle, which only
-        // a covariance without preferred direction does not see.
+        // Where the two smallest components of the direction tie, a rounding turns the basis by a right
+        // angle, which only a covariance without preferred direction does not see.
         let mut components = [direction.x.abs(), direction.y.abs(), direction.z.abs()];
         components.sort_by(f64::total_cmp);
         if components[1] - components[0] < 1e-9 {
@@ -58,7 +58,8 @@ proptest! {
         prop_assert_eq!(same(&expected, &pair(&odometry, &first, &second)), Ok(()));
 
         for heading in [None, Some(0.3)] {
-            let attitude = Factor::attitude(FIRST, first.rotation, 0.04, heading.map(|s: f64| s * s)).unwrap();
+            let variance = heading.map(|sigma: f64| sigma * sigma);
+            let attitude = Factor::attitude(FIRST, first.rotation, 0.04, variance).unwrap();
             let expected = information::attitude(&first, 0.2, heading);
             prop_assert_eq!(agree(&expected, &pair(&attitude, &first, &second).first, 1e-13), Ok(()));
         }
@@ -83,7 +84,8 @@ proptest! {
         prop_assert!((forward.second - backward.second).amax() <= 1e-10 * scale);
     }
 
-    // A camera does not see the length of its baseline: moving the second camera along it changes no residual.
+    // A camera does not see the length of its baseline: moving the second camera along it changes no
+    // residual.
     #[test]
     fn cameras_are_blind_along_the_baseline(
         first in poses(), direction in directions(), length in 0.3..3.0f64, turn in rotation_vectors(),
@@ -150,7 +152,8 @@ fn camera_residual_in_worked_numbers() {
     assert_eq!(factor.pose_of_other(FIRST, &second), None);
 }
 
-/// The vehicle is pitched up by 0.1 about an east axis while heading east: the error is about the world's axes.
+/// The vehicle is pitched up by 0.1 about an east axis while heading east: the error is about the world's
+/// axes.
 #[test]
 fn attitude_errors_stand_in_world_axes() {
     let measured = UnitQuaternion::from_euler_angles(0.0, 0.0, PI / 2.0);
