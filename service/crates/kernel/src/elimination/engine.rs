@@ -41,7 +41,7 @@ pub struct Statistics {
     pub nodes: usize,
     /// Fronts of the tree.
     pub fronts: usize,
-    /// Fronts on the longest way from a leaf to a root.
+    /// Fronts on the longest path from a leaf to a root.
     pub height: usize,
     /// Scalar rows of the largest front.
     pub largest_front: usize,
@@ -96,7 +96,7 @@ impl Elimination {
         (0..self.len() as u32).map(|node| *solution.value(node)).collect()
     }
 
-    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one way to the root. Errors:
+    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one path to the root. Errors:
     /// [`KernelError::UnknownNode`].
     pub fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
         self.check(node)?;
@@ -104,7 +104,7 @@ impl Elimination {
     }
 
     /// Covariance of these nodes together, in their order: their rows and columns of the inverse. Cost: the
-    /// ways from the nodes to the root. Errors: [`KernelError::UnknownNode`].
+    /// paths from the nodes to the root. Errors: [`KernelError::UnknownNode`].
     pub fn joint(&self, nodes: &[Node]) -> Result<DMatrix<f64>, KernelError> {
         nodes.iter().try_for_each(|node| self.check(*node))?;
         Ok(marginals::joint(&self.tree, nodes))
@@ -231,7 +231,7 @@ impl Elimination {
             || self.height_of(fronts) > HEIGHT_LOSS.saturating_mul(height).saturating_add(ROOM_ABOVE)
     }
 
-    /// Fronts on the longest way up to the first of these.
+    /// Fronts on the longest path up to the first of these.
     fn height_of(&self, fronts: &[u32]) -> u32 {
         fronts.first().map_or(0, |&highest| self.tree.front(highest).shape.level + 1)
     }

@@ -16,7 +16,7 @@ pub(super) struct Shape {
     pub separator: Vec<u32>,
     /// Fronts directly below.
     pub children: Vec<u32>,
-    /// Fronts on the longest way down to a leaf, this one not counted: less than the parent's.
+    /// Fronts on the longest path down to a leaf, this one not counted: less than the parent's.
     pub level: u32,
 }
 
