@@ -1,4 +1,4 @@
-//! One front's dense matrix while it is put together and eliminated.
+//! One front's dense matrix while it is assembled and eliminated, and the covariance of its last node.
 
 use nalgebra::Matrix6;
 

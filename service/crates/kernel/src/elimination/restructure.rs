@@ -1,5 +1,5 @@
 //! New nodes and pairs come into the tree: its top is dissolved, ordered anew together with them, and
-//! eliminated, as in iSAM2 [ISAM2]; the subtrees below stay as they are.
+//! eliminated, as in iSAM2 \[ISAM2\]; the subtrees below stay as they are.
 
 use std::sync::Arc;
 

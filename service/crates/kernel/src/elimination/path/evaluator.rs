@@ -1,4 +1,5 @@
-//! Many paths over one elimination, one after the other.
+//! Sigma_nn of many paths over one elimination, one after the other \[PDN12, eq. 4\]: each is checked, analysed
+//! and eliminated.
 
 use nalgebra::Matrix6;
 

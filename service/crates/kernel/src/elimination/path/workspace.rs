@@ -1,4 +1,5 @@
-//! Expected covariance of a path: only the fronts it touches are eliminated again.
+//! The elimination of one path: the fronts that it touches are assembled with its unknowns and eliminated
+//! again, the terminal node last. The inverse of the last pivot is Sigma_nn.
 
 use nalgebra::Matrix6;
 
