@@ -52,8 +52,8 @@ pub(super) fn encode(checkpoint: &Checkpoint, software: &str, identity: u64, crc
         rejected: checkpoint.rejected,
         linearizations: smoother.linearizations.iter().map(numbers).collect(),
         steps: smoother.steps.iter().map(|step| (*step).into()).collect(),
-        untold: smoother.untold.clone(),
-        restless: smoother.restless.clone(),
+        untold: smoother.unpropagated.clone(),
+        restless: smoother.to_relinearize.clone(),
         factors: smoother.factors,
         fronts: tree.fronts.iter().map(|place| place.as_ref().map(front)).collect(),
         unused: tree.unused.clone(),
@@ -87,8 +87,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Checkpoint, String, u64, u32), Unu
     let smoother = SmootherState {
         linearizations: content.linearizations.iter().map(pose).collect(),
         steps: content.steps.into_iter().map(Vector6::from).collect(),
-        untold: content.untold,
-        restless: content.restless,
+        unpropagated: content.untold,
+        to_relinearize: content.restless,
         factors: content.factors,
         tree,
     };

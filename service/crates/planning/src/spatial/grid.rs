@@ -1,7 +1,7 @@
 //! Points sorted into cubes, so that those near a place are found by looking into the cubes around it.
 //!
-//! Making it is one sort. Searches whose radius is about a cube's edge look into few cubes, which is what keyframes
-//! of a survey are asked for; others are right too, at most at the cost of a look at every point.
+//! Making it is one sort. Searches whose radius is about a cube's edge look into few cubes, which is what
+//! keyframes of a survey are asked for; others are right too, at most at the cost of a look at every point.
 
 use nalgebra::Vector3;
 use pdn_kernel::Node;
@@ -30,7 +30,8 @@ struct Column {
 }
 
 impl Grid {
-    /// The places of some nodes; `edge_m` is that of a cube, above zero, about the radius of the searches to come.
+    /// The places of some nodes; `edge_m` is that of a cube, above zero, about the radius of the searches to
+    /// come.
     pub(crate) fn new(places: impl Iterator<Item = (Node, Vector3<f64>)>, edge_m: f64) -> Grid {
         let point = |(node, place)| Point { cube: cube(&place, edge_m), node };
         let mut points: Vec<Point> = places.map(point).collect();

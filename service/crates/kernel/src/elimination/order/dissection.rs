@@ -4,8 +4,8 @@ use super::graph::Graph;
 use super::separator::{BETWEEN, LEFT, RIGHT};
 use super::{bisection, minimum_degree};
 
-/// Parts of no more vertices are ordered by minimum degree. Measured on surveys of 10,000 keyframes: larger parts save time,
-/// and beyond 200 the tree grows tall.
+/// Parts of no more vertices are ordered by minimum degree. Measured on surveys of 10,000 keyframes: larger
+/// parts save time, and beyond 200 the tree grows tall.
 const LEAF: usize = 200;
 /// Neighbours outside a leaf that are counted in its degrees, at most.
 const HALO: usize = 176;
@@ -17,7 +17,7 @@ const OUTSIDE: u32 = u32::MAX;
 /// A part's separator is eliminated after both of its sides; small parts are ordered by minimum degree with
 /// their outer neighbours counted. Parts wait on a list of their own, so depth costs no stack.
 /// Cost: O(E log N).
-pub(super) fn order(graph: &Graph, last: Option<u32>) -> Vec<u32> {
+pub(crate) fn order(graph: &Graph, last: Option<u32>) -> Vec<u32> {
     let all: Vec<u32> = (0..graph.len() as u32).filter(|&vertex| Some(vertex) != last).collect();
     let mut order = vec![OUTSIDE; graph.len()];
     if let (Some(last), Some(end)) = (last, order.last_mut()) {

@@ -41,7 +41,8 @@ impl Division {
         (excess, between, left.abs_diff(right))
     }
 
-    /// Moves single vertices out of the separator while that helps. Deterministic: ties go to the lower vertex.
+    /// Moves single vertices out of the separator while that helps. Deterministic: ties go to the lower
+    /// vertex.
     pub(super) fn refine(&mut self, graph: &Graph) {
         for _ in 0..PASSES {
             if !self.pass(graph) {
@@ -61,7 +62,7 @@ impl Division {
         let mut locked = vec![false; graph.len()];
         // Each entry is a vertex and the place it had before.
         let mut moves: Vec<(u32, u8)> = Vec::new();
-        let mut kept = 0;
+        let mut moves_to_best = 0;
         let mut since_best = 0;
         while since_best < PATIENCE {
             let Some((gain, Reverse(vertex), side)) = queue.heap.pop() else { break };
@@ -95,13 +96,13 @@ impl Division {
             let quality = self.quality();
             if quality < best {
                 best = quality;
-                kept = moves.len();
+                moves_to_best = moves.len();
                 since_best = 0;
             } else {
                 since_best += 1;
             }
         }
-        for (vertex, before) in moves.drain(kept..).rev() {
+        for (vertex, before) in moves.drain(moves_to_best..).rev() {
             self.set(graph, vertex, before);
         }
         best < start

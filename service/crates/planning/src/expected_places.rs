@@ -1,8 +1,8 @@
-//! What may be expected at the places that round trips pass [PDN12, eqs. 1, 3]. Trips that begin alike pass the same
-//! places, and what is expected there is found once, when the first of them asks.
+//! What may be expected at the places that round trips pass [PDN12, eqs. 1, 3]. Trips that begin alike pass
+//! the same places, and what is expected there is found once, when the first of them asks.
 
-use crate::derived::keep;
 use crate::error::PlanningError;
+use crate::memo::get_or_try_init;
 use crate::registration::{Link, links};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::{Snapshot, SnapshotKeyframe};
@@ -15,13 +15,13 @@ use std::cmp::Ordering;
 use std::sync::{Arc, OnceLock};
 
 /// The places of some round trips, with what is expected there as far as it has been asked for.
-pub struct Outlook<'a> {
+pub struct ExpectedPlaces<'a> {
     snapshot: &'a Snapshot,
     robot: Node,
     /// The robot's place first, each after the one before it on its trips.
     places: Vec<Place>,
     /// For each trip its places, the robot's first.
-    ways: Vec<Vec<u32>>,
+    of_trips: Vec<Vec<u32>>,
 }
 
 /// A place, as it is come to from the one before.
@@ -32,45 +32,45 @@ struct Place {
     expected: OnceLock<Arc<VirtualPlace>>,
 }
 
-impl<'a> Outlook<'a> {
+impl<'a> ExpectedPlaces<'a> {
     /// Nothing is asked yet. Cost: a comparison for each place of each trip.
     ///
     /// # Errors
     /// [`PlanningError::NoKeyframe`].
-    pub fn new(snapshot: &'a Snapshot, trips: &[&RoundTrip]) -> Result<Outlook<'a>, PlanningError> {
+    pub fn new(snapshot: &'a Snapshot, trips: &[&RoundTrip]) -> Result<ExpectedPlaces<'a>, PlanningError> {
         let robot = snapshot.robot()?;
         let mut order: Vec<usize> = (0..trips.len()).collect();
         order.sort_by(|&one, &other| by_places(trips[one], trips[other]).then(one.cmp(&other)));
         let mut places = vec![Place::new(snapshot.keyframe(robot).world_from_body, None)];
-        let mut ways = vec![Vec::new(); trips.len()];
-        let mut way: Vec<u32> = vec![0];
+        let mut of_trips = vec![Vec::new(); trips.len()];
+        let mut visited: Vec<u32> = vec![0];
         for trip in order {
             let outbound = &trips[trip].poses[..trips[trip].poses.len() / 2];
             let is_same = |(&place, pose): (&u32, &Pose)| places[place as usize].world_from_body == *pose;
-            let shared = way[1..].iter().zip(outbound).take_while(|&pair| is_same(pair)).count();
-            way.truncate(1 + shared);
+            let shared = visited[1..].iter().zip(outbound).take_while(|&pair| is_same(pair)).count();
+            visited.truncate(1 + shared);
             for pose in &outbound[shared..] {
-                places.push(Place::new(*pose, way.last().copied()));
-                way.push(places.len() as u32 - 1);
+                places.push(Place::new(*pose, visited.last().copied()));
+                visited.push(places.len() as u32 - 1);
             }
-            ways[trip].clone_from(&way);
+            of_trips[trip].clone_from(&visited);
         }
-        Ok(Outlook { snapshot, robot, places, ways })
+        Ok(ExpectedPlaces { snapshot, robot, places, of_trips })
     }
 
-    /// What a trip, by its index, adds to the information: Lambda_odo, Lambda_cam and the absolute sensors', with virtual
-    /// node 0 at the robot. Cost: what is expected at places that no trip has asked for.
+    /// What a trip, by its index, adds to the information: Lambda_odo, Lambda_cam and the absolute sensors',
+    /// with virtual node 0 at the robot. Cost: what is expected at places that no trip has asked for.
     ///
     /// # Errors
     /// The kernel's finding about a baseline.
     pub fn path(&self, trip: usize) -> Result<VirtualPath, PlanningError> {
-        let places = self.ways[trip].iter().map(|&place| self.expected(place).cloned());
+        let places = self.of_trips[trip].iter().map(|&place| self.expected(place).cloned());
         Ok(VirtualPath { robot: self.robot, places: places.collect::<Result<_, _>>()? })
     }
 
     fn expected(&self, place: u32) -> Result<&Arc<VirtualPlace>, PlanningError> {
         let Place { world_from_body: pose, before, expected } = &self.places[place as usize];
-        keep(expected, || {
+        get_or_try_init(expected, || {
             let from = before.map(|before| &self.places[before as usize].world_from_body);
             let steps = |from| VirtualSteps {
                 out: expected_odometry(self.snapshot, from, pose),

@@ -1,8 +1,10 @@
 //! A mission as it stands, immutable, so that any number of questions can be asked of it at once.
 
-use crate::derived::{Derived, keep};
+mod derived;
+
 use crate::error::PlanningError;
-use crate::registration::LinkModel;
+use crate::link_model::LinkModel;
+use crate::memo::get_or_try_init;
 use crate::saliency::Saliency;
 use crate::settings::Settings;
 use nalgebra::{Matrix6, Vector3};
@@ -10,15 +12,18 @@ use pdn_kernel::Node;
 use pdn_kernel::elimination::Elimination;
 use pdn_kernel::se3::Pose;
 
+pub use derived::{Derived, DerivedCache};
+
 /// A mission as it stands. Every pose is a linearisation point, so that an outsider can recompute a decision.
 ///
-/// Make it field by field with `derived: Derived::default()` or what earlier ones left ([`Derived::with_cache`]), share it behind an `Arc`, and change nothing
-/// afterwards: what has been derived from the fields is kept.
+/// Make it field by field with `derived: Derived::default()` or the mission's cache
+/// ([`Derived::with_cache`]), share it behind an `Arc`, and change nothing afterwards: what has been derived
+/// from the fields is cached.
 pub struct Snapshot {
     /// Keyframes of the pose graph; the index is the kernel's [`Node`].
     pub keyframes: Vec<SnapshotKeyframe>,
-    /// The newest keyframe, which is where the robot is; none before the first. It need not be the last in the list: an
-    /// older one can be tied to the graph later.
+    /// The newest keyframe, which is where the robot is; none before the first. It need not be the last in
+    /// the list: an older one can be tied to the graph later.
     pub newest: Option<Node>,
     /// Pairs of keyframes between which the vehicle itself went (odometry), in the order of addition.
     pub went: Vec<(Node, Node)>,
@@ -84,7 +89,8 @@ impl Snapshot {
     /// # Errors
     /// [`PlanningError::NoKeyframe`], or the kernel's finding about the graph.
     pub fn robot_covariance(&self) -> Result<Matrix6<f64>, PlanningError> {
-        keep(&self.derived.robot_covariance, || Ok(self.elimination.marginal(self.robot()?)?)).copied()
+        get_or_try_init(&self.derived.robot_covariance, || Ok(self.elimination.marginal(self.robot()?)?))
+            .copied()
     }
 
     /// The keyframe of a node of this snapshot.
@@ -114,8 +120,8 @@ impl Snapshot {
         self.bodies().nearest(point_in_world, id).ok_or(PlanningError::NoKeyframe)
     }
 
-    /// Greatest distance of two keyframes that a route connects, m: the mission's, or 2.6 times the median distance of
-    /// consecutive keyframes.
+    /// Greatest distance of two keyframes that a route connects, m: the mission's, or 2.6 times the median
+    /// distance of consecutive keyframes.
     pub fn edge_radius_m(&self) -> f64 {
         let by_spacing = || EDGE_RADIUS_IN_SPACINGS * self.spacing_m().unwrap_or(0.0);
         self.settings.edge_radius_m.unwrap_or_else(by_spacing)

@@ -1,41 +1,43 @@
-//! Where a path attaches to the tree: its homes, the fronts it touches and their order. Structure only; the same
-//! attachment serves every weight of the links.
+//! The symbolic analysis of a path on the tree: the fronts it touches, their order, and where each of its
+//! places is eliminated. One structure serves every weight of the links.
 
 use std::ops::Range;
 
-use super::assembly::NONE;
 use super::chain::Chain;
-use super::homes::{self, TOP};
-use super::tree::Tree;
+use super::front_assignment::{TOP, assign_fronts};
 use super::variables::Variables;
-use super::virtual_path::{VirtualLink, VirtualPath};
+use super::virtual_path::VirtualPath;
 use crate::KernelError;
+use crate::elimination::assembly::NONE;
+use crate::elimination::tree::Tree;
 
-/// A path on a tree. Kept places are those that are left after the ones without links are taken out.
+/// A path on a tree. Retained places are those that are left after the ones without links are taken out.
 #[derive(Debug, Default)]
-pub(super) struct Attachment {
+pub(super) struct PathStructure {
     pub chain: Chain,
-    /// Index in `chain.kept` of each place, else `NONE`.
-    pub kept_of: Vec<u32>,
-    /// The front in which each kept place is eliminated, or `TOP`.
-    pub homes: Vec<u32>,
+    /// Index in `chain.retained` of each place, else `NONE`.
+    pub retained_index: Vec<u32>,
+    /// The front in which each retained place is eliminated, or `TOP`.
+    pub front_of: Vec<u32>,
     /// Touched fronts, children before parents, then `TOP`.
     pub touched: Vec<u32>,
-    /// The touched children of each touched front, by place in `touched`: the last one, and of each the one before it.
+    /// The touched children of each touched front, by place in `touched`: the last one, and of each the one
+    /// before it.
     pub last_child: Vec<u32>,
     pub child_before: Vec<u32>,
     /// The rows of each touched front; see `layout`.
     pub rows: Vec<Rows>,
     pub ids: Vec<u32>,
-    /// Links and kept places, by the place in `touched` of the front they belong to.
+    /// Links, by the front that eliminates their keyframe.
     pub links: Vec<LinkAt>,
-    pub homed: Vec<(u32, u32)>,
+    /// Retained places with the place in `touched` of the front that eliminates them, by that.
+    pub eliminated: Vec<(u32, u32)>,
     /// Place in `touched` of the front that eliminates the robot.
     pub robot_at: u32,
-    /// Unknowns from this one on, the terminal node but for, may be others than those of the path before.
-    pub first_own: u32,
+    /// Unknowns from this one on, but for the terminal node, may be others than those of the path before.
+    pub first_unshared: u32,
     is_linked: Vec<bool>,
-    /// Kept places and fronts they are tied to.
+    /// Retained places and fronts they are tied to.
     anchors: Vec<(u32, u32)>,
     /// Place of each front in `touched`, else `NONE`.
     place: Vec<u32>,
@@ -44,7 +46,7 @@ pub(super) struct Attachment {
 /// Where a link is, on the tree and on the path; ordered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct LinkAt {
-    /// Place in `Attachment::touched` of the front that eliminates its keyframe.
+    /// Place in `PathStructure::touched` of the front that eliminates its keyframe.
     pub front: u32,
     /// The path's place.
     pub place: u32,
@@ -55,81 +57,53 @@ pub(super) struct LinkAt {
 /// A touched front's share of the path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
-    /// Its block rows in `Attachment::ids`: eliminated keyframes, eliminated unknowns of the path, separator, unknowns
-    /// that pass.
+    /// Its block rows in `PathStructure::ids`: eliminated keyframes, eliminated unknowns of the path,
+    /// separator, unknowns that pass.
     pub ids: Range<usize>,
     /// How many of them are eliminated in it.
     pub frontal: usize,
-    /// Its entries of `Attachment::links` and `Attachment::homed`.
+    /// Its entries of `PathStructure::links` and `PathStructure::eliminated`.
     pub links: Range<usize>,
-    pub homed: Range<usize>,
+    pub eliminated: Range<usize>,
 }
 
-impl Attachment {
-    /// Finds what the path touches, with the links that `counts` lets count. `previous` is the path that was attached
-    /// before in the same way, if results for it are to serve again.
-    pub(super) fn attach(
+impl PathStructure {
+    /// Finds what the path touches. `previous` is the path that was analysed before, if results for it are to
+    /// serve again.
+    pub(super) fn analyse(
         &mut self,
         tree: &Tree,
         nodes: u32,
         path: &VirtualPath,
-        counts: impl Fn(&VirtualLink) -> bool,
         previous: Option<&VirtualPath>,
     ) -> Result<(), KernelError> {
         self.forget_touched();
         self.is_linked.clear();
-        self.is_linked.extend(path.places.iter().map(|place| place.links.iter().any(&counts)));
+        self.is_linked.extend(path.places.iter().map(|place| !place.links.is_empty()));
         self.chain.reduce(path, &self.is_linked)?;
-        self.kept_of.clear();
-        self.kept_of.resize(path.places.len(), NONE);
-        for (index, &place) in self.chain.kept.iter().enumerate() {
-            self.kept_of[place as usize] = index as u32;
-        }
-
-        self.anchors.clear();
-        self.anchors.push((0, tree.front_of(path.robot.0)));
-        for (place, link) in path.links().filter(|(_, link)| counts(link)) {
-            self.anchors.push((self.kept_of[place as usize], tree.front_of(link.keyframe.0)));
-        }
-        homes::homes(tree, self.chain.kept.len(), &self.anchors, &mut self.homes);
+        self.find_anchors(tree, path);
+        assign_fronts(tree, self.chain.retained.len(), &self.anchors, &mut self.front_of);
         self.order_touched(tree);
-
-        let place = &self.place;
-        self.links.clear();
-        for (number, virtual_place) in (0..).zip(&path.places) {
-            for (index, link) in (0..).zip(&virtual_place.links).filter(|(_, link)| counts(link)) {
-                let front = place[tree.front_of(link.keyframe.0) as usize];
-                self.links.push(LinkAt { front, place: number, index });
-            }
-        }
-        self.links.sort_unstable();
-        let top = self.touched.len() as u32 - 1;
-        self.homed.clear();
-        for (kept, &home) in self.homes.iter().enumerate() {
-            let at = if home == TOP { top } else { place[home as usize] };
-            self.homed.push((at, kept as u32));
-        }
-        self.homed.sort_unstable();
-        self.robot_at = place[tree.front_of(path.robot.0) as usize];
+        self.group_by_front(tree, path);
         self.link_children(tree);
         let variables = self.variables(nodes);
         let shared = previous.map_or(0, |previous| path.shared_places(previous));
-        let shared_kept = self.chain.kept.partition_point(|&place| place <= shared);
-        self.first_own = variables.sum(shared_kept as u32);
+        let shared_retained = self.chain.retained.partition_point(|&place| place <= shared);
+        self.first_unshared = variables.sum(shared_retained as u32);
         self.lay_out(tree, variables);
         Ok(())
     }
 
     /// The path's unknowns over so many keyframes.
     pub(super) fn variables(&self, nodes: u32) -> Variables {
-        Variables { base: nodes, kept: self.homes.len() as u32 }
+        Variables { base: nodes, retained: self.front_of.len() as u32 }
     }
 
     /// The unknown that registrations at a place are with.
     pub(super) fn linked(&self, variables: Variables, place: u32) -> u32 {
-        match self.kept_of[place as usize] {
+        match self.retained_index[place as usize] {
             NONE => variables.terminal(),
-            kept => variables.sum(kept),
+            retained => variables.sum(retained),
         }
     }
 
@@ -146,6 +120,41 @@ impl Attachment {
     /// Whether the path touches a front of the tree.
     pub(super) fn touches(&self, front: u32) -> bool {
         self.place[front as usize] != NONE
+    }
+
+    /// Fills `retained_index` and `anchors`: the robot's front, and that of each linked keyframe.
+    fn find_anchors(&mut self, tree: &Tree, path: &VirtualPath) {
+        self.retained_index.clear();
+        self.retained_index.resize(path.places.len(), NONE);
+        for (index, &place) in self.chain.retained.iter().enumerate() {
+            self.retained_index[place as usize] = index as u32;
+        }
+        self.anchors.clear();
+        self.anchors.push((0, tree.front_of(path.robot.0)));
+        for (place, link) in path.links() {
+            self.anchors.push((self.retained_index[place as usize], tree.front_of(link.keyframe.0)));
+        }
+    }
+
+    /// Fills `links`, `eliminated` and `robot_at`.
+    fn group_by_front(&mut self, tree: &Tree, path: &VirtualPath) {
+        let place = &self.place;
+        self.links.clear();
+        for (number, virtual_place) in (0..).zip(&path.places) {
+            for (index, link) in (0..).zip(&virtual_place.links) {
+                let front = place[tree.front_of(link.keyframe.0) as usize];
+                self.links.push(LinkAt { front, place: number, index });
+            }
+        }
+        self.links.sort_unstable();
+        let top = self.touched.len() as u32 - 1;
+        self.eliminated.clear();
+        for (retained, &front) in self.front_of.iter().enumerate() {
+            let at = if front == TOP { top } else { place[front as usize] };
+            self.eliminated.push((at, retained as u32));
+        }
+        self.eliminated.sort_unstable();
+        self.robot_at = place[tree.front_of(path.robot.0) as usize];
     }
 
     fn link_children(&mut self, tree: &Tree) {
@@ -169,8 +178,8 @@ impl Attachment {
         }
     }
 
-    /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the subtree of
-    /// each comes in one piece right before it.
+    /// Fills `touched` and `place` from the anchors: each anchor's front and all above it, so that the
+    /// subtree of each comes in one piece right before it.
     fn order_touched(&mut self, tree: &Tree) {
         self.place.resize(tree.id_bound().max(self.place.len()), NONE);
         let mut waiting: Vec<u32> = Vec::new();

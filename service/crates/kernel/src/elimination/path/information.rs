@@ -2,17 +2,17 @@
 
 use nalgebra::Matrix6;
 
-use super::assembly::Assembly;
-use super::attachment::{Attachment, LinkAt};
 use super::chain::Join;
-use super::homes::TOP;
-use super::variables::{Combination, Variables, Way};
+use super::front_assignment::TOP;
+use super::structure::{LinkAt, PathStructure};
+use super::variables::{Combination, Leg, Variables};
 use super::virtual_path::{LinkWeight, VirtualPath};
+use crate::elimination::assembly::Assembly;
 use crate::information::PairInformation;
 
 /// A path's information with its links weighed in one way.
-pub(super) struct Contribution<'a> {
-    attachment: &'a Attachment,
+pub(super) struct PathInformation<'a> {
+    structure: &'a PathStructure,
     path: &'a VirtualPath,
     weight: LinkWeight,
     variables: Variables,
@@ -20,37 +20,38 @@ pub(super) struct Contribution<'a> {
     own: Vec<Matrix6<f64>>,
 }
 
-impl<'a> Contribution<'a> {
+impl<'a> PathInformation<'a> {
     pub(super) fn new(
-        attachment: &'a Attachment,
+        structure: &'a PathStructure,
         path: &'a VirtualPath,
         weight: LinkWeight,
         variables: Variables,
-    ) -> Contribution<'a> {
+    ) -> PathInformation<'a> {
         let mut own: Vec<Matrix6<f64>> = path.places.iter().map(|place| place.unary).collect();
         for (place, link) in path.links() {
             own[place as usize] += link.information.second * weight.of(link);
         }
-        Contribution { attachment, path, weight, variables, own }
+        PathInformation { structure, path, weight, variables, own }
     }
 
     /// Adds what belongs to a touched front.
     pub(super) fn add(&self, assembly: &mut Assembly, index: usize) {
-        let Contribution { attachment, path, variables, .. } = *self;
-        let rows = &attachment.rows[index];
-        for link in &attachment.links[rows.links.clone()] {
+        let PathInformation { structure, path, variables, .. } = *self;
+        let rows = &structure.rows[index];
+        for link in &structure.links[rows.links.clone()] {
             self.add_link(assembly, link);
         }
-        if attachment.robot_at == index as u32 {
-            let robot = variables.start(path.robot.0, Way::Out);
-            add_pair(assembly, &attachment.chain.joins[0].out, &robot, &variables.node(0, Way::Out));
+        if structure.robot_at == index as u32 {
+            let robot = variables.start(path.robot.0, Leg::Outbound);
+            add_pair(assembly, &structure.chain.joins[0].out, &robot, &variables.node(0, Leg::Outbound));
         }
-        for &(_, kept) in &attachment.homed[rows.homed.clone()] {
-            let own = self.own[attachment.chain.kept[kept as usize] as usize] * variables.own_share(kept);
-            variables.of(kept).for_each(|id| assembly.add_diagonal(id, &own));
-            self.add_joins(assembly, index, kept);
+        for &(_, retained) in &structure.eliminated[rows.eliminated.clone()] {
+            let own = self.own[structure.chain.retained[retained as usize] as usize]
+                * variables.own_share(retained);
+            variables.of(retained).for_each(|id| assembly.add_diagonal(id, &own));
+            self.add_joins(assembly, index, retained);
         }
-        if attachment.touched[index] == TOP {
+        if structure.touched[index] == TOP {
             assembly.add_diagonal(variables.terminal(), &self.own[0]);
         }
     }
@@ -60,33 +61,33 @@ impl<'a> Contribution<'a> {
         let link = &self.path.places[at.place as usize].links[at.index as usize];
         let weight = self.weight.of(link);
         let nodes = self.path.nodes_at(at.place).into_iter().flatten().count() as f64;
-        let id = self.attachment.linked(self.variables, at.place);
+        let id = self.structure.linked(self.variables, at.place);
         assembly.add_diagonal(link.keyframe.0, &(link.information.first * (nodes * weight)));
         assembly.add_cross(link.keyframe.0, id, &(link.information.cross * weight));
     }
 
     /// What joins a place that is eliminated here to its neighbours that are not eliminated before.
-    fn add_joins(&self, assembly: &mut Assembly, index: usize, kept: u32) {
-        let Contribution { attachment, variables, path, .. } = *self;
-        let joins = &attachment.chain.joins;
-        if kept == 0 {
-            let terminal = variables.start(path.robot.0, Way::Back);
-            add_pair(assembly, &joins[0].back, &terminal, &variables.node(0, Way::Back));
-        } else if assembly.has(variables.sum(kept - 1)) {
-            self.add_join(assembly, &joins[kept as usize], kept);
+    fn add_joins(&self, assembly: &mut Assembly, index: usize, retained: u32) {
+        let PathInformation { structure, variables, path, .. } = *self;
+        let joins = &structure.chain.joins;
+        if retained == 0 {
+            let terminal = variables.start(path.robot.0, Leg::Inbound);
+            add_pair(assembly, &joins[0].back, &terminal, &variables.node(0, Leg::Inbound));
+        } else if assembly.has(variables.sum(retained - 1)) {
+            self.add_join(assembly, &joins[retained as usize], retained);
         }
         // If the next place is eliminated here too, its own turn adds what joins them.
-        let next_home = attachment.homes.get(kept as usize + 1);
-        let is_elsewhere = next_home.is_some_and(|&next| next != attachment.touched[index]);
-        if is_elsewhere && assembly.has(variables.sum(kept + 1)) {
-            self.add_join(assembly, &joins[kept as usize + 1], kept + 1);
+        let next_front = structure.front_of.get(retained as usize + 1);
+        let is_elsewhere = next_front.is_some_and(|&next| next != structure.touched[index]);
+        if is_elsewhere && assembly.has(variables.sum(retained + 1)) {
+            self.add_join(assembly, &joins[retained as usize + 1], retained + 1);
         }
     }
 
-    fn add_join(&self, assembly: &mut Assembly, join: &Join, kept: u32) {
-        for (information, way) in [(&join.out, Way::Out), (&join.back, Way::Back)] {
-            let before = self.variables.node(kept - 1, way);
-            add_pair(assembly, information, &before, &self.variables.node(kept, way));
+    fn add_join(&self, assembly: &mut Assembly, join: &Join, retained: u32) {
+        for (information, leg) in [(&join.out, Leg::Outbound), (&join.back, Leg::Inbound)] {
+            let before = self.variables.node(retained - 1, leg);
+            add_pair(assembly, information, &before, &self.variables.node(retained, leg));
         }
     }
 }

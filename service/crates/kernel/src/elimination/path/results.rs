@@ -1,6 +1,6 @@
-//! What the elimination of touched fronts has left, kept from one path to the next.
+//! What the elimination of touched fronts has left, cached from one path to the next.
 
-use super::assembly::Assembly;
+use crate::elimination::assembly::Assembly;
 
 /// Results by front, for one way of weighing links.
 #[derive(Debug, Default)]
