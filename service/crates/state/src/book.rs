@@ -138,11 +138,11 @@ impl Book {
     }
 
     /// Everything noted up to here is final.
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn commit(&mut self) {
         self.log.clear();
     }
 
-    /// Takes back everything that was noted since the last [`Book::settle`].
+    /// Takes back everything that was noted since the last [`Book::commit`].
     pub(crate) fn undo(&mut self) {
         while let Some(step) = self.log.pop() {
             match step {

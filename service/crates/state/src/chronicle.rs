@@ -88,7 +88,7 @@ impl Chronicle {
     }
 
     /// Every event below is durable.
-    pub(crate) fn settle(&mut self, durable_seq: u64) {
+    pub(crate) fn mark_durable(&mut self, durable_seq: u64) {
         self.durable_seq = self.durable_seq.max(durable_seq);
     }
 

@@ -14,6 +14,7 @@ use crate::convert;
 use crate::error::StateError;
 use crate::limits::Limits;
 use crate::offered::Refusal;
+use crate::relinearization::{self, relinearize};
 use crate::settings::Settings;
 use crate::survey::Progress;
 use crate::trail::{Moved, Trail};
@@ -30,26 +31,12 @@ mod relive;
 pub(crate) use foresight::{CONTRADICTION, Foresight};
 pub(crate) use relive::Relived;
 
-/// Between settlings a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
+/// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
 /// the whole graph by less costs one way to the root.
 const STREAM_TOLERANCE: f64 = 2e-2;
 
-/// Gauss-Newton steps that one group gets at most between settlings; what is left goes on with the next group.
+/// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left goes on with the next group.
 const STREAM_ITERATIONS: usize = 3;
-
-/// The smoother settles with each keyframe of the graph whose number is a multiple of the second number here, in graphs
-/// of up to the first number of keyframes, so that a question never has far to go. A loop closure moves all of
-/// a graph, so the larger it is the dearer is settling, and the rarer.
-const SETTLE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
-
-/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at most
-/// `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop closure.
-const SETTLED_TOLERANCE: f64 = 1e-7;
-const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-5;
-const SMALL_GRAPH: usize = 4096;
-
-/// Rounds of settling at most. A graph that needs more is reported as not converged.
-const SETTLE_ROUNDS: usize = 20;
 
 /// The state of a mission as far as it follows from events.
 #[derive(Clone, Debug)]
@@ -185,14 +172,14 @@ impl Fold {
         if let Some(mended) = self.mended.take() {
             *self = *mended;
         }
-        self.settle();
+        self.commit();
         std::mem::take(&mut self.late)
     }
 
-    fn settle(&mut self) {
+    fn commit(&mut self) {
         self.solved = None;
         self.group = Group::default();
-        self.book.settle();
+        self.book.commit();
     }
 
     /// Takes the group again change by change and leaves out those that the graph cannot be solved with.
@@ -217,7 +204,7 @@ impl Fold {
                     }
                 }
             }
-            self.settle();
+            self.commit();
             refused.retain(|refusal| reported.insert(refusal.seq));
             self.late.extend(refused);
         }
@@ -236,8 +223,8 @@ impl Fold {
         if !self.group.additions.is_empty() {
             ahead.advance()?;
             converged = true;
-            if is_due(ahead.len()) && ahead.len() > self.smoother.len() {
-                converged = settle(&mut ahead)?;
+            if relinearization::is_due(ahead.len()) && ahead.len() > self.smoother.len() {
+                converged = relinearize(&mut ahead)?;
             }
         }
         let mut back = WayBack {
@@ -275,22 +262,4 @@ impl Fold {
         self.trail.step_back(back.moved);
         (self.smoother, self.converged, self.progress) = (back.smoother, back.converged, back.progress);
     }
-}
-
-/// Whether a graph of so many keyframes settles with the newest.
-fn is_due(keyframes: usize) -> bool {
-    SETTLE_EVERY.iter().find(|(most, _)| keyframes <= *most).is_some_and(|(_, every)| keyframes % every == 0)
-}
-
-/// Steps until every linearisation point is at the estimate, as close as the size of the graph asks; false if that takes
-/// too long.
-pub(crate) fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
-    let is_small = smoother.len() <= SMALL_GRAPH;
-    let tolerance = if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE };
-    for _ in 0..SETTLE_ROUNDS {
-        if smoother.relinearize(tolerance)?.converged {
-            return Ok(true);
-        }
-    }
-    Ok(false)
 }

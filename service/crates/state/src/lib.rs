@@ -30,6 +30,8 @@ mod book;
 mod change;
 mod settings;
 
+mod relinearization;
+
 mod fold;
 mod survey;
 mod trail;

@@ -2,7 +2,8 @@
 
 use crate::convert;
 use crate::error::StateError;
-use crate::fold::{Fold, settle};
+use crate::fold::Fold;
+use crate::relinearization::relinearize;
 use crate::settings::Settings;
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::se3::Pose;
@@ -16,7 +17,7 @@ use rayon::ThreadPool;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// The state at a moment, immutable. Whatever is asked of the graph is asked of its settled copy, which the first
+/// The state at a moment, immutable. Whatever is asked of the graph is asked of its relinearised copy, which the first
 /// question makes on its own thread and all others share.
 pub struct View {
     keyframes: SharedVec<Known>,
@@ -30,7 +31,7 @@ pub struct View {
     smoother: Smoother,
     /// What the views of the mission leave to each other; it changes no bit of what is told.
     cache: DerivedCache,
-    settled: OnceLock<Result<Settled, StateError>>,
+    relinearized: OnceLock<Result<Relinearized, StateError>>,
     /// Count of each kind of factor.
     pub factors: BTreeMap<&'static str, u64>,
 }
@@ -44,7 +45,7 @@ pub(crate) struct Known {
 }
 
 /// The graph with its linearisation points at the estimate.
-pub struct Settled {
+pub struct Relinearized {
     /// What decisions rest on.
     pub snapshot: Snapshot,
     /// The smoother, for estimates, marginals and chi2.
@@ -85,7 +86,7 @@ impl View {
             settings: Arc::clone(&fold.settings),
             smoother: fold.smoother.clone(),
             cache: fold.cache.clone(),
-            settled: OnceLock::new(),
+            relinearized: OnceLock::new(),
             factors: factors.collect(),
         }
     }
@@ -100,18 +101,18 @@ impl View {
         &self.link_model
     }
 
-    /// The settled graph. Cost: once, moving the linearisation points to the estimate.
+    /// The relinearised graph. Cost: once, moving the linearisation points to the estimate.
     ///
     /// # Errors
-    /// [`StateError::Singular`] if the settled graph cannot be solved.
-    pub fn settled(&self) -> Result<&Settled, StateError> {
-        let settled = self.settled.get_or_init(|| {
+    /// [`StateError::Singular`] if the relinearised graph cannot be solved.
+    pub fn relinearized(&self) -> Result<&Relinearized, StateError> {
+        let relinearized = self.relinearized.get_or_init(|| {
             let mut smoother = self.smoother.clone();
-            settle(&mut smoother).map_err(|error| self.told(error))?;
+            relinearize(&mut smoother).map_err(|error| self.told(error))?;
             let snapshot = self.snapshot(&smoother, self.settings().clone());
-            Ok(Settled { snapshot, smoother })
+            Ok(Relinearized { snapshot, smoother })
         });
-        settled.as_ref().map_err(StateError::clone)
+        relinearized.as_ref().map_err(StateError::clone)
     }
 
     /// Explore or revisit.
@@ -124,7 +125,7 @@ impl View {
         pool: &ThreadPool,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Decision, StateError> {
-        pdn_planning::decide(&self.settled()?.snapshot, question, pool, stop)
+        pdn_planning::decide(&self.relinearized()?.snapshot, question, pool, stop)
             .map_err(|error| self.told(error))
     }
 
@@ -140,12 +141,12 @@ impl View {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Evaluation, StateError> {
         let evaluated = if *question == Question::default() {
-            pdn_planning::evaluate_paths(&self.settled()?.snapshot, paths, pool, stop)
+            pdn_planning::evaluate_paths(&self.relinearized()?.snapshot, paths, pool, stop)
         } else {
             let mut settings = self.settings().clone();
             settings.alpha = question.alpha.unwrap_or(settings.alpha);
             settings.allowable = question.allowable.unwrap_or(settings.allowable);
-            let assuming = self.snapshot(&self.settled()?.smoother, settings);
+            let assuming = self.snapshot(&self.relinearized()?.smoother, settings);
             pdn_planning::evaluate_paths(&assuming, paths, pool, stop)
         };
         evaluated.map_err(|error| self.told(error))

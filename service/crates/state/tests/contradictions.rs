@@ -63,14 +63,14 @@ fn absurd() -> Vec<(&'static str, FactorKind)> {
     ]
 }
 
-/// A mission to its end and then this event; `settled` in a group of its own, after a question and another keyframe.
-fn with_last(factor: FactorKind, is_settled: bool) -> (Vehicle, Vec<(u64, Code, String)>) {
+/// A mission to its end and then this event; `is_committed` in a group of its own, after a question and another keyframe.
+fn with_last(factor: FactorKind, is_committed: bool) -> (Vehicle, Vec<(u64, Code, String)>) {
     let (mut vehicle, mut script) = (running(), script("m"));
-    if is_settled {
+    if is_committed {
         script.keyframe(LAST + 1, None);
     }
     script.offer_all(&mut vehicle);
-    if is_settled {
+    if is_committed {
         mission(&mut vehicle).state();
     }
     script.factor(factor);
@@ -81,15 +81,15 @@ fn with_last(factor: FactorKind, is_settled: bool) -> (Vehicle, Vec<(u64, Code, 
 
 #[test]
 fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
-    for is_settled in [false, true] {
+    for is_committed in [false, true] {
         // Takes up the same number in the order, and is refused for another reason.
         let nothing = FactorKind::Depth { keyframe: 9999, depth_m: 8.5, variance_m2: 1.0 };
-        let (mut without, refused) = with_last(nothing, is_settled);
+        let (mut without, refused) = with_last(nothing, is_committed);
         assert_eq!(refused[0].1, Code::UnknownKeyframe);
         for (kind, factor) in absurd() {
-            let (mut vehicle, refused) = with_last(factor, is_settled);
+            let (mut vehicle, refused) = with_last(factor, is_committed);
             let [(_, Code::Contradiction, told)] = refused.as_slice() else {
-                panic!("{kind}, settled {is_settled}: {refused:?}")
+                panic!("{kind}, committed {is_committed}: {refused:?}")
             };
             for word in [format!("factor.{kind}"), LAST.to_string(), format!("robust.{kind}")] {
                 assert!(told.contains(&word), "{word} in: {told}");
@@ -98,7 +98,7 @@ fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
             assert_eq!(
                 bits(mission(&mut vehicle), &pool),
                 bits(mission(&mut without), &pool),
-                "{kind}, settled {is_settled}"
+                "{kind}, committed {is_committed}"
             );
         }
     }
@@ -107,9 +107,9 @@ fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
 #[test]
 fn what_is_only_unlikely_is_taken() {
     // Sigmas of the closure are 0.1 m; half a metre is what an odd registration or covariance may come to.
-    for is_settled in [false, true] {
+    for is_committed in [false, true] {
         for factor in [closure([0.0; 3]), closure([0.5, -0.5, 0.3])] {
-            assert_eq!(with_last(factor, is_settled).1, []);
+            assert_eq!(with_last(factor, is_committed).1, []);
         }
     }
 }
@@ -139,7 +139,7 @@ fn the_distance_is_that_of_all_noise_together() {
     let (prior_m, step_m, depth_m) = (0.3_f64, 0.1_f64, 0.05_f64);
     let (prior_deg, step_rad, levers_m) = (5.0_f64, 0.1_f64, [2.0_f64, 1.0, 1.0]);
     let (steps, off_m) = (3_u64, 30.0);
-    for is_settled in [false, true] {
+    for is_committed in [false, true] {
         let mut below = config("m");
         below.first_keyframe_sigmas =
             Some(FirstKeyframeSigmas { translation_m: [prior_m; 3], rotation_deg: [prior_deg; 3] });
@@ -157,7 +157,7 @@ fn the_distance_is_that_of_all_noise_together() {
             let variances = [1e-2, 1e-2, step_m * step_m, turn, turn, turn];
             script.factor(FactorKind::Odometry { from, to, relative, covariance: diagonal(variances) });
         }
-        if is_settled {
+        if is_committed {
             script.keyframe(steps + 1, None);
         }
         script.offer_all(&mut vehicle);
@@ -167,7 +167,7 @@ fn the_distance_is_that_of_all_noise_together() {
             + levers_m.map(|lever| (lever * step_rad).powi(2)).iter().sum::<f64>();
         let variance_m2 = prior_m * prior_m + steps as f64 * step_m * step_m + depth_m * depth_m + turns_m2;
         let wanted = format!("lies {:.0} standard deviations", off_m / variance_m2.sqrt());
-        assert!(refused[0].2.contains(&wanted), "{wanted}, settled {is_settled}: {refused:?}");
+        assert!(refused[0].2.contains(&wanted), "{wanted}, committed {is_committed}: {refused:?}");
     }
 }
 

@@ -138,7 +138,7 @@ fn a_small_mission_from_configuration_to_completion() {
     let robot = graph.keyframes[3];
     let told = state.robot.expect("a robot").pose;
     for axis in 0..3 {
-        // The state is told before the linearisation points settle: off by the square of 1e-3, their tolerance.
+        // The state is told before the graph is relinearised: off by the square of 1e-3, their tolerance.
         assert!((robot.pose.translation[axis] - told.translation[axis]).abs() < 1e-5);
     }
     let waypoints = mission.begin_waypoints().expect("a graph").run().expect("marginals").waypoints;

@@ -4,7 +4,7 @@ use super::question::question;
 use super::shapes::{wire_covariance, wire_pose};
 use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;
-use crate::view::{RobotNow, Settled, View};
+use crate::view::{RobotNow, Relinearized, View};
 use nalgebra::Vector3;
 use pdn_planning as domain;
 use pdn_schemas::config::Allowable;
@@ -102,7 +102,7 @@ pub fn evaluate(
 /// # Errors
 /// [`StateError::Singular`] if a marginal cannot be computed.
 pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, StateError> {
-    let Settled { snapshot, smoother } = source.view.settled()?;
+    let Relinearized { snapshot, smoother } = source.view.relinearized()?;
     let covariances = if marginals && !snapshot.keyframes.is_empty() {
         smoother.elimination().marginals()
     } else {
@@ -135,7 +135,7 @@ pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, 
 /// [`StateError::Singular`] if a marginal cannot be computed.
 pub fn waypoints(source: &Source) -> Result<WaypointsReply, StateError> {
     let found =
-        domain::waypoints(&source.view.settled()?.snapshot).map_err(|error| source.view.told(error))?;
+        domain::waypoints(&source.view.relinearized()?.snapshot).map_err(|error| source.view.told(error))?;
     let told = found.iter().map(|waypoint| Waypoint {
         keyframe: waypoint.keyframe,
         pose: wire_pose(&waypoint.pose),

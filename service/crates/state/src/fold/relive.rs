@@ -108,6 +108,6 @@ impl Fold {
             let additions = &mut relived.additions;
             let _ = self.book.note(seq, &change, &self.settings, &self.limits, &mut judge, additions);
         }
-        self.book.settle();
+        self.book.commit();
     }
 }

@@ -29,7 +29,7 @@ impl Mission {
     /// From now on its history is kept again, all of it so far being durable.
     pub(crate) fn go_on(&mut self) {
         self.chronicle.keep(self.records());
-        self.chronicle.settle(self.next_seq());
+        self.chronicle.mark_durable(self.next_seq());
     }
 
     /// What of its history is still to be written; from now on it is the caller's.
@@ -39,7 +39,7 @@ impl Mission {
 
     /// Every event below is durable.
     pub fn set_durable(&mut self, durable_seq: u64) {
-        self.chronicle.settle(durable_seq);
+        self.chronicle.mark_durable(durable_seq);
     }
 
     /// Numbers, counts and notes a decision, in the order of the calls; a what-if stays without a number. `timing` is
