@@ -8,7 +8,7 @@
 //! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and remembers the
 //! way back, and takes that way if the group goes on. So questions never change a later bit.
 
-use crate::book::{Addition, Book, Judge};
+use crate::graph_builder::{Addition, GraphBuilder, Judge};
 use crate::change::Change;
 use crate::convert;
 use crate::error::StateError;
@@ -43,7 +43,7 @@ const STREAM_ITERATIONS: usize = 3;
 pub struct Fold {
     pub(crate) settings: Arc<Settings>,
     limits: Limits,
-    pub(crate) book: Book,
+    pub(crate) builder: GraphBuilder,
     pub(crate) link_model: LinkModel,
     pub(crate) smoother: Smoother,
     pub(crate) converged: bool,
@@ -85,7 +85,7 @@ impl Fold {
     pub fn new(settings: Settings, limits: Limits) -> Fold {
         Fold {
             limits,
-            book: Book::default(),
+            builder: GraphBuilder::default(),
             link_model: settings.link_model.clone(),
             smoother: Smoother::new(SmootherSettings {
                 relinearize_above: STREAM_TOLERANCE,
@@ -113,7 +113,7 @@ impl Fold {
         let mut refused = Vec::new();
         let result = match change {
             Change::Link { from, to, registered } => self.learn(from, to, registered),
-            Change::Keyframe(ref keyframe) => match self.book.check_new(keyframe.id, &self.limits) {
+            Change::Keyframe(ref keyframe) => match self.builder.check_new(keyframe.id, &self.limits) {
                 Ok(()) => {
                     refused = self.close();
                     self.note(seq, change).map(|late| refused.extend(late))
@@ -141,7 +141,7 @@ impl Fold {
     fn learn(&mut self, from: u64, to: u64, registered: bool) -> Result<(), StateError> {
         let saliency = |name: &str, keyframe| {
             let unknown = || StateError::UnknownKeyframe { field: format!("link.{name}"), keyframe };
-            Ok(self.book.keyframes.get(&keyframe).ok_or_else(unknown)?.saliency.local)
+            Ok(self.builder.keyframes.get(&keyframe).ok_or_else(unknown)?.saliency.local)
         };
         let pair = (saliency("from", from)?, saliency("to", to)?);
         if from == to {
@@ -159,7 +159,7 @@ impl Fold {
         self.step_back();
         let Group { additions, foresight, .. } = &mut self.group;
         let mut judge = Judge::Belief(&self.smoother, foresight);
-        let mut late = self.book.note(seq, &change, &self.settings, &self.limits, &mut judge, additions)?;
+        let mut late = self.builder.note(seq, &change, &self.settings, &self.limits, &mut judge, additions)?;
         late.retain(|refusal| self.group.refused.insert(refusal.seq));
         self.group.changes.push((seq, change));
         (self.robot, self.view) = (None, None);
@@ -179,15 +179,15 @@ impl Fold {
     fn commit(&mut self) {
         self.solved = None;
         self.group = Group::default();
-        self.book.commit();
+        self.builder.commit();
     }
 
     /// Takes the group again change by change and leaves out those that the graph cannot be solved with.
     fn mend(&mut self) {
-        self.book.undo();
+        self.builder.undo();
         let group = std::mem::take(&mut self.group);
         // What waited and was refused by the group stays refused.
-        self.book.waiting.retain(|seq, _| !group.refused.contains(seq));
+        self.builder.waiting.retain(|seq, _| !group.refused.contains(seq));
         let mut reported = group.refused;
         for (seq, change) in group.changes {
             let mut refused = Vec::new();
@@ -196,10 +196,10 @@ impl Fold {
                 Ok(late) => {
                     refused.extend(late);
                     if let Err(error) = self.solve() {
-                        self.book.undo();
+                        self.builder.undo();
                         refused.push(Refusal {
                             seq,
-                            error: convert::error::unsolvable(&self.book.nodes, error),
+                            error: convert::error::unsolvable(&self.builder.nodes, error),
                         });
                     }
                 }
@@ -233,12 +233,12 @@ impl Fold {
             progress: self.progress,
             moved: Moved::default(),
         };
-        let (book, moved) = (&self.book, self.smoother.take_moved());
+        let (builder, moved) = (&self.builder, self.smoother.take_moved());
         back.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
-            let keyframe = book.nodes[node];
-            (keyframe, book.keyframes[&keyframe].body_from_camera)
+            let keyframe = builder.nodes[node];
+            (keyframe, builder.keyframes[&keyframe].body_from_camera)
         });
-        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.book.newest) {
+        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.builder.newest) {
             self.progress = survey.advance(self.progress, self.smoother.estimate(robot).translation.vector);
         }
         self.solved = Some(back);

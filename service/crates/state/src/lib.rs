@@ -3,7 +3,7 @@
 //!
 //! Reading order. What can go wrong and how much is allowed: [`error`], [`limits`]. What happens to a mission:
 //! [`lifecycle`], [`event`], `ingest` (the order of events), [`history`] (entry by entry), `chronicle` (what of it is
-//! written down). What events do: `change` (an event that has been checked), `settings`, `book` (which keyframes are in
+//! written down). What events do: `change` (an event that has been checked), `settings`, `graph_builder` (which keyframes are in
 //! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `trail`, `survey`, `view`
 //! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. What
 //! survives: [`journal`] (the file), [`checkpoint`] (what spares solving it again), [`recovery`] (a mission from its journal), [`replay`] (its decisions once more).
@@ -26,7 +26,7 @@ pub mod offered;
 mod chronicle;
 pub mod history;
 
-mod book;
+mod graph_builder;
 mod change;
 mod settings;
 

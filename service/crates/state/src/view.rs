@@ -73,14 +73,14 @@ impl std::fmt::Debug for View {
 
 impl View {
     fn of(fold: &Fold) -> View {
-        let factors = fold.book.factors.iter().map(|(kind, count)| (kind.name(), *count));
+        let factors = fold.builder.factors.iter().map(|(kind, count)| (kind.name(), *count));
         let mut keyframes = fold.known.clone();
-        fold.know(&mut keyframes, fold.book.nodes.len());
+        fold.know(&mut keyframes, fold.builder.nodes.len());
         View {
             keyframes,
-            newest: fold.book.newest,
-            went: fold.book.went.clone(),
-            last_odometry: fold.book.last_odometry.map(|(_, step)| step),
+            newest: fold.builder.newest,
+            went: fold.builder.went.clone(),
+            last_odometry: fold.builder.last_odometry.map(|(_, step)| step),
             covered_m2: fold.trail.coverage().covered_m2(),
             link_model: fold.link_model.clone(),
             settings: Arc::clone(&fold.settings),
@@ -219,7 +219,7 @@ impl Fold {
     /// Factors in the graph, the prior of the configuration included.
     pub fn factors_in_graph(&mut self) -> u64 {
         self.look_ahead();
-        self.ahead().book.factors_in_graph()
+        self.ahead().builder.factors_in_graph()
     }
 
     /// The rasters.
@@ -250,7 +250,7 @@ impl Fold {
         self.look_ahead();
         let fold = self.ahead();
         let mut findings = Vec::new();
-        let untied = fold.book.untied();
+        let untied = fold.builder.untied();
         if let Some(first) = untied.first() {
             let count = untied.len();
             findings.push(format!(
@@ -274,20 +274,20 @@ impl Fold {
 
     /// Adds what stays of the keyframes up to a node, exclusive.
     fn know(&self, known: &mut SharedVec<Known>, nodes: usize) {
-        for &id in self.book.nodes.get(known.len()..nodes).unwrap_or_default() {
-            let record = &self.book.keyframes[&id];
+        for &id in self.builder.nodes.get(known.len()..nodes).unwrap_or_default() {
+            let record = &self.builder.keyframes[&id];
             known.push(Known { id, body_from_camera: record.body_from_camera, saliency: record.saliency });
         }
     }
 
     fn look_at_robot(&self) -> Result<Option<RobotNow>, StateError> {
-        let Some(node) = self.book.newest else { return Ok(None) };
-        let told = |error| convert::error::unsolvable(&self.book.nodes, error);
+        let Some(node) = self.builder.newest else { return Ok(None) };
+        let told = |error| convert::error::unsolvable(&self.builder.nodes, error);
         let covariance = self.smoother.marginal(node).map_err(told)?;
         let excess = gaussian::log_determinant(&covariance).map_err(told)?
             - self.settings.planning.allowable.log_determinant();
         Ok(Some(RobotNow {
-            keyframe: self.book.nodes[node.index()],
+            keyframe: self.builder.nodes[node.index()],
             pose: self.smoother.estimate(node),
             covariance,
             uncertainty: (excess / 6.0).exp(),

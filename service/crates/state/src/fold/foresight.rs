@@ -4,7 +4,7 @@
 //! would be believed as much as its covariance asks. So each is compared with the belief first, its own noise and that of the belief
 //! together. A kind that has a robust loss is not judged here: it is the loss that weighs false measurements down.
 
-use crate::book::Addition;
+use crate::graph_builder::Addition;
 use nalgebra::{Cholesky, DMatrix, Matrix6, SMatrix, SVector};
 use pdn_kernel::se3::{self, Pose};
 use pdn_kernel::smoother::Smoother;

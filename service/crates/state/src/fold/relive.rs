@@ -5,7 +5,7 @@
 //! next entry has come that is no refusal; until then it waits here.
 
 use super::Fold;
-use crate::book::{Addition, Judge};
+use crate::graph_builder::{Addition, Judge};
 use crate::change::Change;
 use crate::checkpoint::Kept;
 use crate::offered::Refusal;
@@ -56,7 +56,7 @@ impl Fold {
                     Change::Keyframe(other) => other.id != keyframe.id || relived.refused.contains(seq),
                     _ => true,
                 };
-                if self.book.check_new(keyframe.id, &self.limits).is_ok()
+                if self.builder.check_new(keyframe.id, &self.limits).is_ok()
                     && relived.current.iter().all(is_new)
                 {
                     relived.closing = std::mem::take(&mut relived.current);
@@ -76,7 +76,7 @@ impl Fold {
         let [(seq, change)] = <[_; 1]>::try_from(relived.current)
             .map_err(|current| format!("it stands before {} events", current.len()))?;
         let Kept { smoother, converged, progress, world_from_camera } = kept;
-        let nodes = self.book.nodes.len();
+        let nodes = self.builder.nodes.len();
         if smoother.linearizations.len() != nodes || world_from_camera.len() != nodes {
             return Err(format!("the journal has {nodes} keyframes in the graph by then"));
         }
@@ -88,8 +88,8 @@ impl Fold {
             .map_err(|error| error.to_string())?;
         self.converged = converged;
         self.progress = progress;
-        let book = &self.book;
-        self.trail.restore(world_from_camera, |node| book.nodes[node]);
+        let builder = &self.builder;
+        self.trail.restore(world_from_camera, |node| builder.nodes[node]);
         Ok(self.apply(seq, change))
     }
 
@@ -106,8 +106,8 @@ impl Fold {
             }
             let mut judge = Judge::History(&relived.refused);
             let additions = &mut relived.additions;
-            let _ = self.book.note(seq, &change, &self.settings, &self.limits, &mut judge, additions);
+            let _ = self.builder.note(seq, &change, &self.settings, &self.limits, &mut judge, additions);
         }
-        self.book.commit();
+        self.builder.commit();
     }
 }

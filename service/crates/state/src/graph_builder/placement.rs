@@ -1,6 +1,6 @@
 //! How a measurement enters the graph, and what it brings along.
 
-use super::{Addition, Book, Judge, Undo};
+use super::{Addition, GraphBuilder, Judge, Undo};
 use crate::change::Measurement;
 use crate::convert;
 use crate::error::StateError;
@@ -10,7 +10,7 @@ use pdn_kernel::se3::Pose;
 use pdn_kernel::{Factor, KernelError, Node};
 use pdn_planning::OdometryStep;
 
-impl Book {
+impl GraphBuilder {
     /// Puts a valid measurement where it belongs: into the graph, bringing a keyframe along if it ties one, or among
     /// those that wait.
     pub(super) fn place(

@@ -14,11 +14,11 @@ use pdn_kernel::{Factor, FactorKind, Node};
 use pdn_planning::{OdometryStep, Saliency};
 use std::collections::{BTreeMap, BTreeSet};
 
-mod admission;
+mod placement;
 
 /// What is known of the keyframes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Book {
+pub(crate) struct GraphBuilder {
     pub(crate) keyframes: BTreeMap<u64, Record>,
     /// Ids of the keyframes in the graph; the index is the kernel's node.
     pub(crate) nodes: Vec<u64>,
@@ -106,7 +106,7 @@ impl Judge<'_> {
     }
 }
 
-impl Book {
+impl GraphBuilder {
     /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`; measurements that
     /// waited and are refused now that their keyframes have entered are returned.
     ///
@@ -142,7 +142,7 @@ impl Book {
         self.log.clear();
     }
 
-    /// Takes back everything that was noted since the last [`Book::commit`].
+    /// Takes back everything that was noted since the last [`GraphBuilder::commit`].
     pub(crate) fn undo(&mut self) {
         while let Some(step) = self.log.pop() {
             match step {
