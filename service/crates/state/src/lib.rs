@@ -2,7 +2,7 @@
 //! decisions, bit for bit.
 //!
 //! Reading order. What can go wrong and how much is allowed: [`error`], [`limits`]. What happens to a mission:
-//! [`lifecycle`], [`event`], `ingest` (the order of events), [`history`] (entry by entry), `chronicle` (what of it is
+//! [`lifecycle`], [`event`], `ingest` (the order of events), [`history`] (entry by entry), `record_log` (what of it is
 //! written down). What events do: `change` (an event that has been checked), `settings`, `graph_builder` (which keyframes are in
 //! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `trail`, `survey`, `view`
 //! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. What
@@ -23,7 +23,7 @@ pub mod event;
 mod ingest;
 pub mod offered;
 
-mod chronicle;
+mod record_log;
 pub mod history;
 
 mod graph_builder;

@@ -2,7 +2,7 @@
 
 use crate::answer::{DecisionJob, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
 use crate::checkpoint::Checkpoint;
-use crate::chronicle::Chronicle;
+use crate::record_log::RecordLog;
 use crate::convert::{self, reply::Source};
 use crate::error::StateError;
 use crate::event::Event;
@@ -40,7 +40,7 @@ pub struct Mission {
     rejected: u64,
     decisions: u64,
     revisits: u64,
-    chronicle: Chronicle,
+    log: RecordLog,
     /// Where the present group begins.
     group: Option<GroupStart>,
     /// What has been relived on the way to a checkpoint.
@@ -86,7 +86,7 @@ impl Mission {
             rejected: 0,
             decisions: 0,
             revisits: 0,
-            chronicle: Chronicle::after(records + 1),
+            log: RecordLog::after(records + 1),
             group: None,
             relived: None,
             contradictions: BTreeSet::new(),
@@ -164,7 +164,7 @@ impl Mission {
 
     fn apply(&mut self, event: Event, offered: &mut Offered) {
         let (seq, record) = (event.seq(), self.records());
-        let refused = match self.chronicle.push(|| event_record(&event)) {
+        let refused = match self.log.push(|| event_record(&event)) {
             Ok(()) => self.consume(event, record),
             Err(error) => vec![Refusal { seq, error }],
         };
@@ -272,7 +272,7 @@ impl Mission {
         IngestStatus {
             mission: self.id().to_string(),
             next_seq: self.next_seq(),
-            durable_seq: self.chronicle.durable_seq(self.next_seq()),
+            durable_seq: self.log.durable_seq(self.next_seq()),
             buffered: self.ingest.buffered() as u64,
             missing: self.ingest.missing(MAX_MISSING_RANGES),
             rejected: self.rejected,
@@ -284,7 +284,7 @@ impl Mission {
         Ack {
             mission: self.id().to_string(),
             next_seq: self.next_seq(),
-            durable_seq: self.chronicle.durable_seq(self.next_seq()),
+            durable_seq: self.log.durable_seq(self.next_seq()),
         }
     }
 

@@ -16,30 +16,30 @@ use pdn_schemas::reply::{Action, Decision, Phase, Timing};
 impl Mission {
     /// Records of its history so far.
     pub fn records(&self) -> u64 {
-        self.chronicle.records()
+        self.log.records()
     }
 
     /// From now on its history is kept, `configured` being the last record so far.
     pub(crate) fn keep_history(&mut self, configured: Configured) -> Result<(), StateError> {
         let before = self.records() - 1;
-        self.chronicle.keep(before);
-        self.chronicle.add(&Entry::Configured(Box::new(configured)))
+        self.log.keep(before);
+        self.log.add(&Entry::Configured(Box::new(configured)))
     }
 
     /// From now on its history is kept again, all of it so far being durable.
     pub(crate) fn go_on(&mut self) {
-        self.chronicle.keep(self.records());
-        self.chronicle.mark_durable(self.next_seq());
+        self.log.keep(self.records());
+        self.log.mark_durable(self.next_seq());
     }
 
     /// What of its history is still to be written; from now on it is the caller's.
     pub(crate) fn take_unwritten(&mut self) -> Vec<Record> {
-        self.chronicle.take_unwritten()
+        self.log.take_unwritten()
     }
 
     /// Every event below is durable.
     pub fn set_durable(&mut self, durable_seq: u64) {
-        self.chronicle.mark_durable(durable_seq);
+        self.log.mark_durable(durable_seq);
     }
 
     /// Numbers, counts and notes a decision, in the order of the calls; a what-if stays without a number. `timing` is
@@ -54,7 +54,7 @@ impl Mission {
             return Ok(decision);
         }
         decision.decision = Some(self.decisions);
-        self.chronicle.push(|| {
+        self.log.push(|| {
             let decision = Decision { link_model: Some(link_model), ..decision.clone() };
             let (full, choice_only) = (request.full, request.choice_only);
             let taken = DecisionTaken { basis, full, choice_only, software: SOFTWARE.to_owned(), decision };
@@ -72,25 +72,25 @@ impl Mission {
     ) -> Result<(), StateError> {
         self.obey(operation, reason, at_ns)?;
         let (operation, reason) = (operation.name().to_owned(), reason.to_owned());
-        self.chronicle.add(&Entry::Command(CommandTaken { operation, reason, at_ns }))
+        self.log.add(&Entry::Command(CommandTaken { operation, reason, at_ns }))
     }
 
     /// The daemon was started anew: what was under way is held until someone resumes.
     pub(crate) fn reopen(&mut self, at_ns: u64) -> Result<(), StateError> {
         let reopened = Reopened { at_ns, software: SOFTWARE.to_owned() };
         self.hold_after_restart(&reopened);
-        self.chronicle.add(&Entry::Reopened(reopened))
+        self.log.add(&Entry::Reopened(reopened))
     }
 
     pub(super) fn note_refused(&mut self, refused: &[Refusal]) {
         for refusal in refused {
             // A problem is two short texts and a number, which can always be written.
-            let _ = self.chronicle.add(&Entry::Refused(refusal.problem()));
+            let _ = self.log.add(&Entry::Refused(refusal.problem()));
         }
     }
 
     pub(super) fn note_turned_away(&mut self, refusal: &Refusal) {
-        let _ = self.chronicle.turn_away(&Entry::TurnedAway(refusal.problem()));
+        let _ = self.log.turn_away(&Entry::TurnedAway(refusal.problem()));
     }
 
     /// From now on nothing of its history is solved for, until it is at the checkpoint.
@@ -148,7 +148,7 @@ impl Mission {
             }
             Entry::TurnedAway(_) => Vec::new(),
         };
-        self.chronicle.skip(kind);
+        self.log.skip(kind);
         Ok(refused)
     }
 

@@ -11,7 +11,7 @@ pub const MAX_TURNED_AWAY: u64 = 1024;
 
 /// The history of one mission, seen from the mission.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Chronicle {
+pub(crate) struct RecordLog {
     /// Records so far, written or not.
     records: u64,
     turned_away: u64,
@@ -20,10 +20,10 @@ pub(crate) struct Chronicle {
     durable_seq: u64,
 }
 
-impl Chronicle {
+impl RecordLog {
     /// A history of so many records that nobody keeps.
-    pub(crate) fn after(records: u64) -> Chronicle {
-        Chronicle { records, ..Chronicle::default() }
+    pub(crate) fn after(records: u64) -> RecordLog {
+        RecordLog { records, ..RecordLog::default() }
     }
 
     /// From now on what is added after the first `records` waits to be written.
@@ -59,7 +59,7 @@ impl Chronicle {
     /// Adds an entry that is made only if somebody writes.
     ///
     /// # Errors
-    /// As [`Chronicle::add`].
+    /// As [`RecordLog::add`].
     pub(crate) fn push(
         &mut self,
         record: impl FnOnce() -> Result<Record, CodecError>,
