@@ -8,7 +8,7 @@
 //! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and remembers the
 //! way back, and takes that way if the group goes on. So questions never change a later bit.
 
-use crate::graph_builder::{Addition, GraphBuilder, Judge};
+use crate::graph_builder::{Addition, GraphBuilder, Admit};
 use crate::change::Change;
 use crate::convert;
 use crate::error::StateError;
@@ -25,10 +25,10 @@ use pdn_planning::{DerivedCache, LinkModel};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-mod foresight;
+mod gate;
 mod relive;
 
-pub(crate) use foresight::{CONTRADICTION, Foresight};
+pub(crate) use gate::{CONTRADICTION, Gate};
 pub(crate) use relive::Relived;
 
 /// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
@@ -68,7 +68,7 @@ pub struct Fold {
 struct Group {
     changes: Vec<(u64, Change)>,
     additions: Vec<Addition>,
-    foresight: Foresight,
+    gate: Gate,
     refused: BTreeSet<u64>,
 }
 
@@ -157,9 +157,9 @@ impl Fold {
 
     fn note(&mut self, seq: u64, change: Change) -> Result<Vec<Refusal>, StateError> {
         self.step_back();
-        let Group { additions, foresight, .. } = &mut self.group;
-        let mut judge = Judge::Belief(&self.smoother, foresight);
-        let mut late = self.builder.note(seq, &change, &self.settings, &self.limits, &mut judge, additions)?;
+        let Group { additions, gate, .. } = &mut self.group;
+        let mut admit = Admit::Belief(&self.smoother, gate);
+        let mut late = self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions)?;
         late.retain(|refusal| self.group.refused.insert(refusal.seq));
         self.group.changes.push((seq, change));
         (self.robot, self.view) = (None, None);

@@ -4,7 +4,7 @@
 use crate::change::{Change, Measurement, NewKeyframe};
 use crate::convert;
 use crate::error::StateError;
-use crate::fold::Foresight;
+use crate::fold::Gate;
 use crate::limits::Limits;
 use crate::offered::Refusal;
 use crate::settings::Settings;
@@ -66,40 +66,40 @@ enum Undo {
 }
 
 /// What decides whether a measurement between keyframes of the graph can be one.
-pub(crate) enum Judge<'a> {
+pub(crate) enum Admit<'a> {
     /// What is believed of each keyframe now.
-    Belief(&'a Smoother, &'a mut Foresight),
+    Belief(&'a Smoother, &'a mut Gate),
     /// What was refused when the event was new. First estimates are not wanted.
     History(&'a BTreeSet<u64>),
 }
 
-impl Judge<'_> {
+impl Admit<'_> {
     fn pose(&mut self, node: Node, additions: &[Addition]) -> Pose {
         match self {
-            Judge::Belief(smoother, foresight) => foresight.pose(smoother, node, additions),
-            Judge::History(_) => Pose::identity(),
+            Admit::Belief(smoother, gate) => gate.pose(smoother, node, additions),
+            Admit::History(_) => Pose::identity(),
         }
     }
 
     /// Whether an event's measurement of keyframes that are in the graph can be true.
-    fn judge(
+    fn check(
         &mut self,
         seq: u64,
         measurement: &Measurement,
         factor: &Factor,
         additions: &[Addition],
     ) -> Result<(), StateError> {
-        let (smoother, foresight) = match self {
-            Judge::Belief(smoother, foresight) => (smoother, foresight),
-            Judge::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
-            Judge::History(_) => return Ok(()),
+        let (smoother, gate) = match self {
+            Admit::Belief(smoother, gate) => (smoother, gate),
+            Admit::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
+            Admit::History(_) => return Ok(()),
         };
         let told = |error| convert::error::measurement(measurement, error);
         let (first, second) = factor.nodes();
-        let first = foresight.pose(smoother, first, additions);
-        let second = second.map(|node| foresight.pose(smoother, node, additions));
+        let first = gate.pose(smoother, first, additions);
+        let second = second.map(|node| gate.pose(smoother, node, additions));
         factor.validate_geometry(&first, second.as_ref()).map_err(told)?;
-        match foresight.contradiction(smoother, factor, additions).map_err(told)? {
+        match gate.contradiction(smoother, factor, additions).map_err(told)? {
             None => Ok(()),
             Some(distance) => Err(StateError::contradiction(measurement, distance)),
         }
@@ -118,7 +118,7 @@ impl GraphBuilder {
         change: &Change,
         settings: &Settings,
         limits: &Limits,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Result<Vec<Refusal>, StateError> {
         match change {
@@ -130,8 +130,8 @@ impl GraphBuilder {
                 self.check_names(measurement, limits)?;
                 let rehearsal = self.factor(measurement, settings, [Node(0), Node(1)]);
                 rehearsal.map_err(|error| convert::error::measurement(measurement, error))?;
-                self.place(seq, measurement, settings, judge, additions)?;
-                Ok(self.flush(settings, judge, additions))
+                self.place(seq, measurement, settings, admit, additions)?;
+                Ok(self.flush(settings, admit, additions))
             }
             Change::Link { .. } => Ok(Vec::new()),
         }

@@ -5,7 +5,7 @@
 //! next entry has come that is no refusal; until then it waits here.
 
 use super::Fold;
-use crate::graph_builder::{Addition, Judge};
+use crate::graph_builder::{Addition, Admit};
 use crate::change::Change;
 use crate::checkpoint::Kept;
 use crate::offered::Refusal;
@@ -104,9 +104,9 @@ impl Fold {
                 let _ = self.learn(from, to, registered);
                 continue;
             }
-            let mut judge = Judge::History(&relived.refused);
+            let mut admit = Admit::History(&relived.refused);
             let additions = &mut relived.additions;
-            let _ = self.builder.note(seq, &change, &self.settings, &self.limits, &mut judge, additions);
+            let _ = self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions);
         }
         self.builder.commit();
     }

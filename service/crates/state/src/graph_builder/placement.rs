@@ -1,6 +1,6 @@
 //! How a measurement enters the graph, and what it brings along.
 
-use super::{Addition, GraphBuilder, Judge, Undo};
+use super::{Addition, GraphBuilder, Admit, Undo};
 use crate::change::Measurement;
 use crate::convert;
 use crate::error::StateError;
@@ -18,11 +18,11 @@ impl GraphBuilder {
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         if self.is_placeable(measurement) {
-            self.add(seq, measurement, settings, judge, additions)?;
+            self.add(seq, measurement, settings, admit, additions)?;
         } else {
             self.waiting.insert(seq, measurement.clone());
             self.log.push(Undo::Waited(seq));
@@ -39,7 +39,7 @@ impl GraphBuilder {
     pub(super) fn flush(
         &mut self,
         settings: &Settings,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Vec<Refusal> {
         let mut refused = Vec::new();
@@ -47,7 +47,7 @@ impl GraphBuilder {
             self.waiting.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
         {
             let Some(measurement) = self.waiting.remove(&seq) else { break };
-            if let Err(error) = self.add(seq, &measurement, settings, judge, additions) {
+            if let Err(error) = self.add(seq, &measurement, settings, admit, additions) {
                 refused.push(Refusal { seq, error });
             }
             self.log.push(Undo::Resumed(seq, Box::new(measurement)));
@@ -70,7 +70,7 @@ impl GraphBuilder {
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         let (first, second) = measurement.keyframes();
@@ -84,11 +84,11 @@ impl GraphBuilder {
             Some(keyframe) => {
                 let known = if keyframe == first { nodes[1] } else { nodes[0] };
                 let sent = self.keyframes.get(&keyframe).and_then(|record| record.world_from_body);
-                let known_pose = if known == next { Pose::identity() } else { judge.pose(known, additions) };
+                let known_pose = if known == next { Pose::identity() } else { admit.pose(known, additions) };
                 let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
                 self.enter(keyframe, sent.unwrap_or_else(tied), additions);
             }
-            None => judge.judge(seq, measurement, &factor, additions)?,
+            None => admit.check(seq, measurement, &factor, additions)?,
         }
         self.join(measurement, factor, additions);
         Ok(())

@@ -21,7 +21,7 @@ const ROUNDS: usize = 6;
 /// What is believed of the keyframes that have entered the graph with the present group; of all others the smoother
 /// knows.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Foresight {
+pub(crate) struct Gate {
     entered: Vec<Entered>,
     /// Additions looked at so far.
     read: usize,
@@ -43,7 +43,7 @@ struct Belief {
     noise: Matrix6<f64>,
 }
 
-impl Foresight {
+impl Gate {
     /// The first estimate of a node: the smoother's, or what it entered with.
     pub(crate) fn pose(&mut self, smoother: &Smoother, node: Node, additions: &[Addition]) -> Pose {
         self.read(smoother, additions);
