@@ -13,7 +13,7 @@ use crate::change::Change;
 use crate::convert;
 use crate::error::StateError;
 use crate::limits::Limits;
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use crate::relinearization::{self, relinearize};
 use crate::settings::Settings;
 use crate::survey::Progress;

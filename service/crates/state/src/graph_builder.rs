@@ -6,7 +6,7 @@ use crate::convert;
 use crate::error::StateError;
 use crate::fold::Gate;
 use crate::limits::Limits;
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::Smoother;
@@ -30,7 +30,7 @@ pub(crate) struct GraphBuilder {
     pub(crate) went: Vec<(Node, Node)>,
     /// The odometry measurement into the newest keyframe that has one, with that keyframe's node.
     pub(crate) last_odometry: Option<(Node, OdometryStep)>,
-    log: Vec<Undo>,
+    undo_log: Vec<Undo>,
 }
 
 /// One keyframe.
@@ -139,12 +139,12 @@ impl GraphBuilder {
 
     /// Everything noted up to here is final.
     pub(crate) fn commit(&mut self) {
-        self.log.clear();
+        self.undo_log.clear();
     }
 
     /// Takes back everything that was noted since the last [`GraphBuilder::commit`].
     pub(crate) fn undo(&mut self) {
-        while let Some(step) = self.log.pop() {
+        while let Some(step) = self.undo_log.pop() {
             match step {
                 Undo::Introduced(id) => {
                     self.keyframes.remove(&id);
@@ -212,7 +212,7 @@ impl GraphBuilder {
             factors: 0,
         };
         self.keyframes.insert(keyframe.id, record);
-        self.log.push(Undo::Introduced(keyframe.id));
+        self.undo_log.push(Undo::Introduced(keyframe.id));
         if let Some((measurement, pose, factor)) = prior {
             self.enter(keyframe.id, pose, additions);
             self.join(&measurement, factor, additions);

@@ -21,7 +21,7 @@ pub mod lifecycle;
 
 pub mod event;
 mod ingest;
-pub mod offered;
+pub mod outcome;
 
 mod record_log;
 pub mod history;
@@ -60,5 +60,5 @@ pub use journal::{Journal, JournalError};
 pub use lifecycle::Operation;
 pub use limits::Limits;
 pub use mission::Mission;
-pub use offered::{Offered, Refusal};
+pub use outcome::{OfferOutcome, Refusal};
 pub use vehicle::{Absence, Prepared, Unwritten, Vehicle};

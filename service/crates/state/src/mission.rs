@@ -11,7 +11,7 @@ use crate::history::event_record;
 use crate::ingest::{Arrival, Ingest};
 use crate::lifecycle;
 use crate::limits::Limits;
-use crate::offered::{Offered, Refusal};
+use crate::outcome::{OfferOutcome, Refusal};
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::limits::MAX_MISSING_RANGES;
 use pdn_schemas::problem::Code;
@@ -127,9 +127,9 @@ impl Mission {
         };
     }
 
-    pub(crate) fn offer(&mut self, event: Event) -> Offered {
+    pub(crate) fn offer(&mut self, event: Event) -> OfferOutcome {
         let seq = event.seq();
-        let mut offered = Offered {
+        let mut outcome = OfferOutcome {
             mission: self.id().to_string(),
             applied: 0,
             repeat: false,
@@ -138,20 +138,20 @@ impl Mission {
         };
         if lifecycle::has_ended(self.phase) && !self.ingest.is_repeat(&event) {
             let error = StateError::MissionEnded { mission: self.id().to_string(), phase: self.phase };
-            return Offered::refused(self.id(), seq, self.next_seq(), error);
+            return OfferOutcome::refused(self.id(), seq, self.next_seq(), error);
         }
         match self.ingest.take(event, self.limits.max_buffered_events, self.limits.max_events) {
-            Ok(Arrival::Due(due)) => due.into_iter().for_each(|event| self.apply(event, &mut offered)),
+            Ok(Arrival::Due(due)) => due.into_iter().for_each(|event| self.apply(event, &mut outcome)),
             Ok(Arrival::Waiting) => {}
-            Ok(Arrival::Repeat) => offered.repeat = true,
+            Ok(Arrival::Repeat) => outcome.repeat = true,
             Err(error) => {
                 let refusal = Refusal { seq, error };
                 self.note_turned_away(&refusal);
-                offered.refused.push(refusal);
+                outcome.refused.push(refusal);
             }
         }
-        offered.next_seq = self.next_seq();
-        offered
+        outcome.next_seq = self.next_seq();
+        outcome
     }
 
     /// What is to be kept so that the history need not be solved for again up to the last group; none if there is no
@@ -162,15 +162,15 @@ impl Mission {
         Some(Checkpoint { record, rejected, kept })
     }
 
-    fn apply(&mut self, event: Event, offered: &mut Offered) {
+    fn apply(&mut self, event: Event, outcome: &mut OfferOutcome) {
         let (seq, record) = (event.seq(), self.records());
         let refused = match self.log.push(|| event_record(&event)) {
             Ok(()) => self.consume(event, record),
             Err(error) => vec![Refusal { seq, error }],
         };
         self.note_refused(&refused);
-        offered.applied += u64::from(refused.iter().all(|refusal| refusal.seq != seq));
-        offered.refused.extend(refused);
+        outcome.applied += u64::from(refused.iter().all(|refusal| refusal.seq != seq));
+        outcome.refused.extend(refused);
     }
 
     /// Folds an event whose turn it is and whose record has this number.

@@ -6,7 +6,7 @@ use crate::history::{Record, SOFTWARE};
 use crate::lifecycle::{self, Operation};
 use crate::limits::Limits;
 use crate::mission::Mission;
-use crate::offered::Offered;
+use crate::outcome::OfferOutcome;
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::problem::Code;
 use pdn_schemas::record::Configured;
@@ -143,18 +143,18 @@ impl Vehicle {
     }
 
     /// Takes an event of any of the vehicle's missions: applies it and those that waited for it, lets it wait,
-    /// ignores it as a repeat or refuses it. See [`Offered`].
-    pub fn offer(&mut self, event: Event) -> Offered {
+    /// ignores it as a repeat or refuses it. See [`OfferOutcome`].
+    pub fn offer(&mut self, event: Event) -> OfferOutcome {
         let (id, seq) = (event.mission().to_string(), event.seq());
         match self.mission(Some(&id)) {
             Ok(mission) => mission.offer(event),
-            Err(error) => Offered::refused(&id, seq, 0, error),
+            Err(error) => OfferOutcome::refused(&id, seq, 0, error),
         }
     }
 
     /// Takes the place of an event whose body could not be decoded but whose head could: its number is consumed
     /// in its turn, and it is refused with `code` and `message`.
-    pub fn refuse_undecodable(&mut self, mission: &str, seq: u64, code: Code, message: String) -> Offered {
+    pub fn refuse_undecodable(&mut self, mission: &str, seq: u64, code: Code, message: String) -> OfferOutcome {
         self.offer(Event::Undecodable(Undecodable { mission: mission.to_string(), seq, code, message }))
     }
 

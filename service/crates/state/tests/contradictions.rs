@@ -6,7 +6,7 @@ use pdn_schemas::config::{FirstKeyframeSigmas, Loss, MissionConfig};
 use pdn_schemas::event::FactorKind;
 use pdn_schemas::problem::Code;
 use pdn_schemas::shared::Pose;
-use pdn_state::{Limits, Offered, Operation, Vehicle};
+use pdn_state::{Limits, OfferOutcome, Operation, Vehicle};
 use support::{
     LINES, PER_LINE, Script, bits, config, diagonal, level, mission, place, pool, running, script,
 };
@@ -14,9 +14,9 @@ use support::{
 const LAST: u64 = LINES * PER_LINE - 1;
 const CLOSE: [f64; 6] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
 
-fn refusals(offered: &Offered) -> Vec<(u64, Code, String)> {
+fn refusals(outcome: &OfferOutcome) -> Vec<(u64, Code, String)> {
     let told = |refusal: &pdn_state::Refusal| (refusal.seq, refusal.error.code(), refusal.error.to_string());
-    offered.refused.iter().map(told).collect()
+    outcome.refused.iter().map(told).collect()
 }
 
 fn running_with(config: MissionConfig) -> Vehicle {
@@ -74,8 +74,8 @@ fn with_last(factor: FactorKind, is_committed: bool) -> (Vehicle, Vec<(u64, Code
         mission(&mut vehicle).state();
     }
     script.factor(factor);
-    let offered = vehicle.offer(script.events[script.events.len() - 1].clone());
-    let refused = refusals(&offered);
+    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let refused = refusals(&outcome);
     (vehicle, refused)
 }
 
@@ -181,9 +181,9 @@ fn one_that_waited_is_blamed_itself_when_its_keyframe_enters() {
     script.offer_all(&mut vehicle);
     let before = mission(&mut vehicle).state().factors;
     script.odometry(LAST, LAST + 1);
-    let offered = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone());
     let refused: Vec<(u64, Code)> =
-        refusals(&offered).into_iter().map(|(seq, code, _)| (seq, code)).collect();
+        refusals(&outcome).into_iter().map(|(seq, code, _)| (seq, code)).collect();
     assert_eq!(refused, [(absurd, Code::Contradiction)]);
     let state = mission(&mut vehicle).state();
     assert_eq!((state.factors, state.robot.expect("tied").keyframe), (before + 2, LAST + 1));

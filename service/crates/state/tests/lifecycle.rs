@@ -19,8 +19,8 @@ fn a_vehicle_without_a_mission_says_so() {
     assert_eq!(code(vehicle.mission(Some("m")).map(drop)), Code::UnknownMission);
     assert_eq!(code(vehicle.command(None, Operation::Start, "", 0).map(drop)), Code::NoMission);
     let event = script("m").events.swap_remove(0);
-    let offered = vehicle.offer(event);
-    assert_eq!(offered.refused[0].error.code(), Code::UnknownMission);
+    let outcome = vehicle.offer(event);
+    assert_eq!(outcome.refused[0].error.code(), Code::UnknownMission);
 }
 
 #[test]

@@ -68,16 +68,16 @@ fn a_mission_stays_sane_whatever_events_come() {
                 let record = if chance.below(4) == 0 { spoilt(record, &mut chance) } else { record.clone() };
                 let Ok(Entry::Event(event)) = Entry::read(&record) else { continue };
                 let in_turn = event.mission() == "m" && event.seq() == next_seq;
-                let offered = vehicle.offer(event);
+                let outcome = vehicle.offer(event);
                 assert!(
-                    !in_turn || offered.next_seq > next_seq,
+                    !in_turn || outcome.next_seq > next_seq,
                     "{next_seq}: applied or refused, it is consumed"
                 );
                 offered_events += 1;
-                refused_events += offered.refused.len();
-                if offered.mission == "m" {
-                    assert!(offered.next_seq >= next_seq, "{} after {next_seq}", offered.next_seq);
-                    next_seq = offered.next_seq;
+                refused_events += outcome.refused.len();
+                if outcome.mission == "m" {
+                    assert!(outcome.next_seq >= next_seq, "{} after {next_seq}", outcome.next_seq);
+                    next_seq = outcome.next_seq;
                 }
             }
             // The number of what was left out is consumed by an event that cannot be read.

@@ -22,16 +22,16 @@ fn changed(event: &Event) -> Event {
 fn events_wait_for_missing_ones_which_are_told_as_ranges() {
     let (mut vehicle, events) = (running(), script("m").events);
     for seq in [0, 1, 4, 5, 9, 12] {
-        let offered = vehicle.offer(events[seq].clone());
-        assert_eq!((offered.applied, offered.repeat), (u64::from(seq < 2), false));
+        let outcome = vehicle.offer(events[seq].clone());
+        assert_eq!((outcome.applied, outcome.repeat), (u64::from(seq < 2), false));
     }
     let status = mission(&mut vehicle).ingest_status();
     assert_eq!((status.next_seq, status.buffered, status.rejected), (2, 4, 0));
     assert_eq!(status.missing, [(2, 3), (6, 8), (10, 11)]);
     assert!(mission(&mut vehicle).state().health.findings.iter().any(|finding| finding.contains("2 to 3")));
     assert_eq!(vehicle.offer(events[2].clone()).applied, 1);
-    let offered = vehicle.offer(events[3].clone());
-    assert_eq!((offered.applied, offered.next_seq), (3, 6));
+    let outcome = vehicle.offer(events[3].clone());
+    assert_eq!((outcome.applied, outcome.next_seq), (3, 6));
     let ack = mission(&mut vehicle).ack();
     assert_eq!((ack.next_seq, ack.durable_seq), (6, 6));
 }
@@ -86,9 +86,9 @@ fn an_undecodable_event_takes_its_turn_and_is_refused_then() {
     let (mut vehicle, events) = (running(), script("m").events);
     let waiting = vehicle.refuse_undecodable("m", 1, Code::SchemaMismatch, "another layout".into());
     assert_eq!((waiting.refused, waiting.next_seq), (vec![], 0));
-    let offered = vehicle.offer(events[0].clone());
-    assert_eq!((offered.applied, offered.next_seq, offered.refused.len()), (1, 2, 1));
-    let problem = offered.refused[0].problem();
+    let outcome = vehicle.offer(events[0].clone());
+    assert_eq!((outcome.applied, outcome.next_seq, outcome.refused.len()), (1, 2, 1));
+    let problem = outcome.refused[0].problem();
     assert_eq!((problem.code.as_str(), problem.message.as_str()), ("schema_mismatch", "another layout"));
     assert_eq!(problem.seq, Some(1));
     assert!(vehicle.refuse_undecodable("m", 1, Code::SchemaMismatch, "another layout".into()).repeat);

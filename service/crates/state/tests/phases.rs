@@ -109,12 +109,12 @@ fn every_event_question_and_configuration_in_every_phase() {
                 vehicle.offer(earlier.clone());
             }
             let before = vehicle.mission(None).expect("a mission").next_seq();
-            let offered = vehicle.offer(event.clone());
-            let refused: Vec<Code> = offered.refused.iter().map(|refusal| refusal.error.code()).collect();
+            let outcome = vehicle.offer(event.clone());
+            let refused: Vec<Code> = outcome.refused.iter().map(|refusal| refusal.error.code()).collect();
             if ended {
-                assert_eq!((refused, offered.next_seq), (vec![Code::MissionEnded], before), "{phase:?}");
+                assert_eq!((refused, outcome.next_seq), (vec![Code::MissionEnded], before), "{phase:?}");
             } else {
-                assert_eq!((refused, offered.next_seq), (vec![], before + 1), "{phase:?}");
+                assert_eq!((refused, outcome.next_seq), (vec![], before + 1), "{phase:?}");
             }
             assert!(vehicle.offer(events[0].clone()).repeat, "a repeat is none's fault, whatever the phase");
         }

@@ -63,8 +63,8 @@ fn it_goes_on_as_if_nothing_had_been_wherever_it_stops() {
         let (journal, _) = journal(&[records]);
         let mut vehicle = restarted(&journal);
         for event in &events[stop.saturating_sub(5)..] {
-            let offered = vehicle.offer(event.clone());
-            assert_eq!((offered.repeat, offered.refused), (event.seq() < stop as u64, vec![]));
+            let outcome = vehicle.offer(event.clone());
+            assert_eq!((outcome.repeat, outcome.refused), (event.seq() < stop as u64, vec![]));
         }
         assert!(running_bits(&mut vehicle) == expected, "stopped before event {stop}");
     }

@@ -6,7 +6,7 @@ use pdn_schemas::config::{Loss, MissionConfig};
 use pdn_schemas::event::{Appearance, Factor, FactorKind, Keyframe, LinkOutcome};
 use pdn_schemas::problem::Code;
 use pdn_schemas::shared::{Covariance6, Pose};
-use pdn_state::{DecisionRequest, Event, Limits, Offered, StateError, Vehicle, WhatIf};
+use pdn_state::{DecisionRequest, Event, Limits, OfferOutcome, StateError, Vehicle, WhatIf};
 use support::{bits, config, diagonal, level, mission, odometry_covariance, pool, running, script};
 
 const NAN: f64 = f64::NAN;
@@ -167,7 +167,7 @@ fn every_bad_event_is_refused_by_code_and_path_consumes_its_number_and_leaves_th
         // The first twenty events introduce what the bad ones refer to.
         for (event, code, place) in bad.by_ref().take(usize::from(index > 20)) {
             let text = format!("{event:?}");
-            let Offered { refused, next_seq, applied, .. } = disturbed.offer(numbered(event, number));
+            let OfferOutcome { refused, next_seq, applied, .. } = disturbed.offer(numbered(event, number));
             assert_eq!((refused.len(), applied, next_seq), (1, 0, number + 1), "{text}");
             let problem = refused[0].problem();
             assert_eq!((problem.code.as_str(), problem.seq), (code.name(), Some(number)), "{text}");

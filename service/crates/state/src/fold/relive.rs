@@ -8,7 +8,7 @@ use super::Fold;
 use crate::graph_builder::{Addition, Admit};
 use crate::change::Change;
 use crate::checkpoint::Kept;
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use pdn_kernel::smoother::Smoother;
 use std::collections::BTreeSet;
 

@@ -4,7 +4,7 @@ use super::{Addition, GraphBuilder, Admit, Undo};
 use crate::change::Measurement;
 use crate::convert;
 use crate::error::StateError;
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::{Factor, KernelError, Node};
@@ -25,12 +25,12 @@ impl GraphBuilder {
             self.add(seq, measurement, settings, admit, additions)?;
         } else {
             self.waiting.insert(seq, measurement.clone());
-            self.log.push(Undo::Waited(seq));
+            self.undo_log.push(Undo::Waited(seq));
         }
         let (first, second) = measurement.keyframes();
         for keyframe in [Some(first), second].into_iter().flatten() {
             self.keyframes.entry(keyframe).and_modify(|record| record.factors += 1);
-            self.log.push(Undo::Named(keyframe));
+            self.undo_log.push(Undo::Named(keyframe));
         }
         Ok(())
     }
@@ -50,7 +50,7 @@ impl GraphBuilder {
             if let Err(error) = self.add(seq, &measurement, settings, admit, additions) {
                 refused.push(Refusal { seq, error });
             }
-            self.log.push(Undo::Resumed(seq, Box::new(measurement)));
+            self.undo_log.push(Undo::Resumed(seq, Box::new(measurement)));
         }
         refused
     }
@@ -98,7 +98,7 @@ impl GraphBuilder {
         let node = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         self.keyframes.entry(keyframe).and_modify(|record| record.node = Some(node));
         self.nodes.push(keyframe);
-        self.log.push(Undo::Entered(keyframe, self.newest));
+        self.undo_log.push(Undo::Entered(keyframe, self.newest));
         if self.newest.is_none_or(|newest| self.since_seq(node) > self.since_seq(newest)) {
             self.newest = Some(node);
         }
@@ -107,14 +107,14 @@ impl GraphBuilder {
 
     pub(super) fn join(&mut self, measurement: &Measurement, factor: Factor, additions: &mut Vec<Addition>) {
         *self.factors.entry(factor.kind()).or_insert(0) += 1;
-        self.log.push(Undo::Counted(factor.kind()));
+        self.undo_log.push(Undo::Counted(factor.kind()));
         if let (Measurement::Odometry { relative, covariance, .. }, (from, Some(to))) =
             (measurement, factor.nodes())
         {
             self.went.push((from, to));
-            self.log.push(Undo::Went);
+            self.undo_log.push(Undo::Went);
             if self.last_odometry.is_none_or(|(newest, _)| self.since_seq(to) >= self.since_seq(newest)) {
-                self.log.push(Undo::Odometry(Box::new(self.last_odometry)));
+                self.undo_log.push(Undo::Odometry(Box::new(self.last_odometry)));
                 let step = OdometryStep { earlier_from_later: *relative, covariance: *covariance };
                 self.last_odometry = Some((to, step));
             }

@@ -8,7 +8,7 @@ use crate::event::Event;
 use crate::history::{Entry, Record, SOFTWARE};
 use crate::ingest::Arrival;
 use crate::lifecycle::{self, Operation};
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::record::{CommandTaken, Configured, DecisionTaken, Reopened};
 use pdn_schemas::reply::{Action, Decision, Phase, Timing};

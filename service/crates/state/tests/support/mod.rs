@@ -151,8 +151,8 @@ impl Script {
 
     pub fn offer_all(&self, vehicle: &mut Vehicle) {
         for event in &self.events {
-            let offered = vehicle.offer(event.clone());
-            assert_eq!(offered.refused, vec![], "event {}", event.seq());
+            let outcome = vehicle.offer(event.clone());
+            assert_eq!(outcome.refused, vec![], "event {}", event.seq());
         }
     }
 }

@@ -5,7 +5,7 @@ use pdn_schemas::problem::Problem;
 
 /// What became of an event that was offered.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Offered {
+pub struct OfferOutcome {
     /// Id of the mission.
     pub mission: String,
     /// Events that were applied now: this one and those that waited for it.
@@ -34,9 +34,9 @@ impl Refusal {
     }
 }
 
-impl Offered {
-    pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> Offered {
+impl OfferOutcome {
+    pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> OfferOutcome {
         let refused = vec![Refusal { seq, error }];
-        Offered { mission: mission.to_string(), applied: 0, repeat: false, refused, next_seq }
+        OfferOutcome { mission: mission.to_string(), applied: 0, repeat: false, refused, next_seq }
     }
 }
