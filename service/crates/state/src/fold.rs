@@ -26,10 +26,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 mod gate;
-mod relive;
+mod fast_forward;
 
 pub(crate) use gate::{CONTRADICTION, Gate};
-pub(crate) use relive::Relived;
+pub(crate) use fast_forward::FastForward;
 
 /// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
 /// the whole graph by less costs one way to the root.

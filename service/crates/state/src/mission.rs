@@ -6,7 +6,7 @@ use crate::record_log::RecordLog;
 use crate::convert::{self, reply::Source};
 use crate::error::StateError;
 use crate::event::Event;
-use crate::fold::{Fold, Relived};
+use crate::fold::{Fold, FastForward};
 use crate::history::event_record;
 use crate::ingest::{Arrival, Ingest};
 use crate::lifecycle;
@@ -43,8 +43,8 @@ pub struct Mission {
     log: RecordLog,
     /// Where the present group begins.
     group: Option<GroupStart>,
-    /// What has been relived on the way to a checkpoint.
-    relived: Option<Box<Relived>>,
+    /// What has been read on the way to a checkpoint.
+    forward: Option<Box<FastForward>>,
     /// Numbers of late events that contradict the graph.
     contradictions: BTreeSet<u64>,
     /// What is wrong around the mission, by what it concerns.
@@ -88,7 +88,7 @@ impl Mission {
             revisits: 0,
             log: RecordLog::after(records + 1),
             group: None,
-            relived: None,
+            forward: None,
             contradictions: BTreeSet::new(),
             concerns: BTreeMap::new(),
         })
@@ -176,9 +176,9 @@ impl Mission {
     /// Folds an event whose turn it is and whose record has this number.
     fn consume(&mut self, event: Event, record: u64) -> Vec<Refusal> {
         let seq = event.seq();
-        if let Some(relived) = &mut self.relived {
+        if let Some(forward) = &mut self.forward {
             if let Ok(change) = convert::event::change(event) {
-                self.fold.relive(relived, seq, change);
+                self.fold.fast_forward(forward, seq, change);
             }
             return Vec::new(); // the history tells what was refused
         }

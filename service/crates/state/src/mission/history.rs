@@ -1,4 +1,4 @@
-//! What changes a mission, lived through once and noted in its history, or relived from there.
+//! What changes a mission, as it happens and noted in its history, or replayed from there.
 
 use super::{GroupStart, Mission};
 use crate::answer::DecisionOutcome;
@@ -94,18 +94,18 @@ impl Mission {
     }
 
     /// From now on nothing of its history is solved for, until it is at the checkpoint.
-    pub(crate) fn hurry(&mut self) {
-        self.relived = Some(Box::default());
+    pub(crate) fn begin_fast_forward(&mut self) {
+        self.forward = Some(Box::default());
     }
 
-    /// Arrives at a checkpoint, whose event is the last that was relived.
+    /// Arrives at a checkpoint, whose event is the last that was read.
     ///
     /// # Errors
     /// Why it cannot be a checkpoint of this history.
-    pub(crate) fn arrive(&mut self, checkpoint: Checkpoint) -> Result<(), String> {
+    pub(crate) fn finish_fast_forward(&mut self, checkpoint: Checkpoint) -> Result<(), String> {
         let Checkpoint { record, rejected, kept } = checkpoint;
-        let relived = self.relived.take().ok_or("it comes too late")?;
-        if let [refusal, ..] = self.fold.take_up(*relived, kept)?.as_slice() {
+        let forward = self.forward.take().ok_or("it comes too late")?;
+        if let [refusal, ..] = self.fold.finish_fast_forward(*forward, kept)?.as_slice() {
             return Err(format!("its event {} is refused", refusal.seq));
         }
         self.rejected = rejected;
@@ -117,10 +117,10 @@ impl Mission {
     ///
     /// # Errors
     /// Why the mission cannot have had this history.
-    pub(crate) fn relive(&mut self, entry: Entry) -> Result<Vec<Problem>, StateError> {
+    pub(crate) fn replay(&mut self, entry: Entry) -> Result<Vec<Problem>, StateError> {
         let kind = entry.kind();
         let refused = match entry {
-            Entry::Event(event) => self.relive_event(event)?,
+            Entry::Event(event) => self.replay_event(event)?,
             Entry::Command(taken) => {
                 let named = Operation::named(&taken.operation);
                 let operation = named.ok_or_else(|| impossible(&format!("op/{}", taken.operation)))?;
@@ -141,8 +141,8 @@ impl Mission {
                 if let (Some(seq), Some(code)) = (problem.seq, Code::from_name(&problem.code)) {
                     self.note_contradiction(seq, code);
                 }
-                if let (Some(relived), Some(seq)) = (&mut self.relived, problem.seq) {
-                    relived.refuse(seq);
+                if let (Some(forward), Some(seq)) = (&mut self.forward, problem.seq) {
+                    forward.refuse(seq);
                 }
                 Vec::new()
             }
@@ -152,7 +152,7 @@ impl Mission {
         Ok(refused)
     }
 
-    fn relive_event(&mut self, event: Event) -> Result<Vec<Problem>, StateError> {
+    fn replay_event(&mut self, event: Event) -> Result<Vec<Problem>, StateError> {
         if event.mission() != self.id() {
             return Err(impossible(&format!("an event of mission \"{}\"", event.mission())));
         }

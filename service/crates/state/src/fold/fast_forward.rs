@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 
 /// What has been read since the beginning of the history.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Relived {
+pub(crate) struct FastForward {
     /// The group that the last keyframe ended, and the one that it began.
     closing: Vec<(u64, Change)>,
     current: Vec<(u64, Change)>,
@@ -22,7 +22,7 @@ pub(crate) struct Relived {
     refused: BTreeSet<u64>,
 }
 
-impl Relived {
+impl FastForward {
     /// An event that the history says was refused.
     pub(crate) fn refuse(&mut self, seq: u64) {
         self.refused.insert(seq);
@@ -48,22 +48,22 @@ impl Fold {
     }
 
     /// Takes an event of the history before the checkpoint.
-    pub(crate) fn relive(&mut self, relived: &mut Relived, seq: u64, change: Change) {
-        self.note_closed(relived);
+    pub(crate) fn fast_forward(&mut self, forward: &mut FastForward, seq: u64, change: Change) {
+        self.note_closed(forward);
         match &change {
             Change::Keyframe(keyframe) => {
                 let is_new = |(seq, change): &(u64, Change)| match change {
-                    Change::Keyframe(other) => other.id != keyframe.id || relived.refused.contains(seq),
+                    Change::Keyframe(other) => other.id != keyframe.id || forward.refused.contains(seq),
                     _ => true,
                 };
                 if self.builder.check_new(keyframe.id, &self.limits).is_ok()
-                    && relived.current.iter().all(is_new)
+                    && forward.current.iter().all(is_new)
                 {
-                    relived.closing = std::mem::take(&mut relived.current);
+                    forward.closing = std::mem::take(&mut forward.current);
                 }
-                relived.current.push((seq, change));
+                forward.current.push((seq, change));
             }
-            Change::Measurement(_) | Change::Link { .. } => relived.current.push((seq, change)),
+            Change::Measurement(_) | Change::Link { .. } => forward.current.push((seq, change)),
         }
     }
 
@@ -71,16 +71,16 @@ impl Fold {
     ///
     /// # Errors
     /// What does not fit.
-    pub(crate) fn take_up(&mut self, mut relived: Relived, kept: Kept) -> Result<Vec<Refusal>, String> {
-        self.note_closed(&mut relived);
-        let [(seq, change)] = <[_; 1]>::try_from(relived.current)
+    pub(crate) fn finish_fast_forward(&mut self, mut forward: FastForward, kept: Kept) -> Result<Vec<Refusal>, String> {
+        self.note_closed(&mut forward);
+        let [(seq, change)] = <[_; 1]>::try_from(forward.current)
             .map_err(|current| format!("it stands before {} events", current.len()))?;
         let Kept { smoother, converged, progress, world_from_camera } = kept;
         let nodes = self.builder.nodes.len();
         if smoother.linearizations.len() != nodes || world_from_camera.len() != nodes {
             return Err(format!("the journal has {nodes} keyframes in the graph by then"));
         }
-        let factors = relived.additions.into_iter().filter_map(|addition| match addition {
+        let factors = forward.additions.into_iter().filter_map(|addition| match addition {
             Addition::Factor(factor) => Some(*factor),
             Addition::Keyframe(_) => None,
         });
@@ -94,9 +94,9 @@ impl Fold {
     }
 
     /// Notes the group that has ended, now that all that was refused of it is known.
-    fn note_closed(&mut self, relived: &mut Relived) {
-        for (seq, change) in std::mem::take(&mut relived.closing) {
-            if relived.refused.contains(&seq) {
+    fn note_closed(&mut self, forward: &mut FastForward) {
+        for (seq, change) in std::mem::take(&mut forward.closing) {
+            if forward.refused.contains(&seq) {
                 continue;
             }
             // What was taken then is taken now; else the counts at the checkpoint will not fit.
@@ -104,8 +104,8 @@ impl Fold {
                 let _ = self.learn(from, to, registered);
                 continue;
             }
-            let mut admit = Admit::History(&relived.refused);
-            let additions = &mut relived.additions;
+            let mut admit = Admit::History(&forward.refused);
+            let additions = &mut forward.additions;
             let _ = self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions);
         }
         self.builder.commit();
