@@ -5,8 +5,8 @@
 //! So the graph determines every pose.
 //!
 //! Factors collect until the next keyframe's event: they are a group, and the smoother advances once a group, not
-//! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and remembers the
-//! way back, and takes that way if the group goes on. So questions never change a later bit.
+//! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and keeps what leads
+//! back (`Rollback`), which is taken if the group goes on. So questions never change a later bit.
 
 use crate::graph_builder::{Addition, GraphBuilder, Admit};
 use crate::change::Change;
@@ -50,10 +50,10 @@ pub struct Fold {
     pub(crate) trail: Trail,
     pub(crate) progress: Progress,
     group: Group,
-    /// The way back to before the group, once it has been solved for.
-    solved: Option<WayBack>,
+    /// What leads back to before the group, once it has been solved for.
+    rollback: Option<Rollback>,
     /// What the fold will be after a group that cannot be solved for as a whole.
-    mended: Option<Box<Fold>>,
+    repaired: Option<Box<Fold>>,
     late: Vec<Refusal>,
     pub(crate) robot: Option<RobotNow>,
     pub(crate) view: Option<Arc<View>>,
@@ -73,7 +73,7 @@ struct Group {
 }
 
 #[derive(Clone, Debug)]
-struct WayBack {
+struct Rollback {
     smoother: Smoother,
     converged: bool,
     progress: Progress,
@@ -95,8 +95,8 @@ impl Fold {
             trail: Trail::new(settings.coverage.clone()),
             progress: Progress::default(),
             group: Group::default(),
-            solved: None,
-            mended: None,
+            rollback: None,
+            repaired: None,
             late: Vec::new(),
             robot: None,
             view: None,
@@ -128,13 +128,13 @@ impl Fold {
 
     /// Solves for everything that has come, so that what follows answers at once. Changes no later bit.
     pub fn look_ahead(&mut self) {
-        if self.solved.is_some() || self.mended.is_some() || self.group.changes.is_empty() {
+        if self.rollback.is_some() || self.repaired.is_some() || self.group.changes.is_empty() {
             return;
         }
         if self.solve().is_err() {
-            let mut mended = self.clone();
-            mended.mend();
-            self.mended = Some(Box::new(mended));
+            let mut repaired = self.clone();
+            repaired.repair();
+            self.repaired = Some(Box::new(repaired));
         }
     }
 
@@ -150,13 +150,13 @@ impl Fold {
             return Err(StateError::Invalid { field: "link.to".to_string(), problem });
         }
         self.link_model.record(pair.0, pair.1, registered);
-        self.mended = None;
+        self.repaired = None;
         self.view = None;
         Ok(())
     }
 
     fn note(&mut self, seq: u64, change: Change) -> Result<Vec<Refusal>, StateError> {
-        self.step_back();
+        self.roll_back();
         let Group { additions, gate, .. } = &mut self.group;
         let mut admit = Admit::Belief(&self.smoother, gate);
         let mut late = self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions)?;
@@ -169,21 +169,21 @@ impl Fold {
     /// Ends the group; returns the events of it that had to be undone.
     fn close(&mut self) -> Vec<Refusal> {
         self.look_ahead();
-        if let Some(mended) = self.mended.take() {
-            *self = *mended;
+        if let Some(repaired) = self.repaired.take() {
+            *self = *repaired;
         }
         self.commit();
         std::mem::take(&mut self.late)
     }
 
     fn commit(&mut self) {
-        self.solved = None;
+        self.rollback = None;
         self.group = Group::default();
         self.builder.commit();
     }
 
     /// Takes the group again change by change and leaves out those that the graph cannot be solved with.
-    fn mend(&mut self) {
+    fn repair(&mut self) {
         self.builder.undo();
         let group = std::mem::take(&mut self.group);
         // What waited and was refused by the group stays refused.
@@ -210,56 +210,56 @@ impl Fold {
         }
     }
 
-    /// Advances the smoother over the group and remembers the way back.
+    /// Advances the smoother over the group, and keeps what leads back.
     fn solve(&mut self) -> Result<(), KernelError> {
-        let mut ahead = self.smoother.clone();
+        let mut advanced = self.smoother.clone();
         let mut converged = self.converged;
         for addition in &self.group.additions {
             match addition {
-                Addition::Keyframe(pose) => drop(ahead.add_keyframe(*pose)),
-                Addition::Factor(factor) => ahead.add_factor((**factor).clone())?,
+                Addition::Keyframe(pose) => drop(advanced.add_keyframe(*pose)),
+                Addition::Factor(factor) => advanced.add_factor((**factor).clone())?,
             }
         }
         if !self.group.additions.is_empty() {
-            ahead.advance()?;
+            advanced.advance()?;
             converged = true;
-            if relinearization::is_due(ahead.len()) && ahead.len() > self.smoother.len() {
-                converged = relinearize(&mut ahead)?;
+            if relinearization::is_due(advanced.len()) && advanced.len() > self.smoother.len() {
+                converged = relinearize(&mut advanced)?;
             }
         }
-        let mut back = WayBack {
-            smoother: std::mem::replace(&mut self.smoother, ahead),
+        let mut rollback = Rollback {
+            smoother: std::mem::replace(&mut self.smoother, advanced),
             converged: std::mem::replace(&mut self.converged, converged),
             progress: self.progress,
             moved: Moved::default(),
         };
         let (builder, moved) = (&self.builder, self.smoother.take_moved());
-        back.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
+        rollback.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
             let keyframe = builder.nodes[node];
             (keyframe, builder.keyframes[&keyframe].body_from_camera)
         });
         if let (Some(survey), Some(robot)) = (&self.settings.survey, self.builder.newest) {
             self.progress = survey.advance(self.progress, self.smoother.estimate(robot).translation.vector);
         }
-        self.solved = Some(back);
+        self.rollback = Some(rollback);
         Ok(())
     }
 
-    /// This, or what it will be once the group is mended. To be called after [`Fold::look_ahead`].
-    pub(crate) fn ahead(&self) -> &Fold {
-        self.mended.as_deref().unwrap_or(self)
+    /// This, or what it will be once the group is repaired. To be called after [`Fold::look_ahead`].
+    pub(crate) fn lookahead(&self) -> &Fold {
+        self.repaired.as_deref().unwrap_or(self)
     }
 
     /// Keyframes that were in the graph before the group, and stay whatever becomes of it.
     pub(crate) fn nodes_before_group(&self) -> usize {
-        self.solved.as_ref().map_or(&self.smoother, |back| &back.smoother).len()
+        self.rollback.as_ref().map_or(&self.smoother, |rollback| &rollback.smoother).len()
     }
 
     /// Undoes [`Fold::look_ahead`].
-    fn step_back(&mut self) {
-        self.mended = None;
-        let Some(back) = self.solved.take() else { return };
-        self.trail.step_back(back.moved);
-        (self.smoother, self.converged, self.progress) = (back.smoother, back.converged, back.progress);
+    fn roll_back(&mut self) {
+        self.repaired = None;
+        let Some(rollback) = self.rollback.take() else { return };
+        self.trail.roll_back(rollback.moved);
+        (self.smoother, self.converged, self.progress) = (rollback.smoother, rollback.converged, rollback.progress);
     }
 }

@@ -12,7 +12,7 @@ pub(crate) struct Trail {
     cameras: Vec<Option<Pose>>,
 }
 
-/// The way back from one [`Trail::follow`]: nodes whose camera moved in the raster, and from where.
+/// What leads back from one [`Trail::follow`]: nodes whose camera moved in the raster, and from where.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Moved {
     nodes_before: usize,
@@ -71,7 +71,7 @@ impl Trail {
     }
 
     /// Takes one [`Trail::follow`] back; the last one first.
-    pub(crate) fn step_back(&mut self, moved: Moved) {
+    pub(crate) fn roll_back(&mut self, moved: Moved) {
         for (node, keyframe, before) in moved.cameras {
             self.coverage.remove(keyframe);
             if let Some(world_from_camera) = &before {
@@ -106,10 +106,10 @@ mod tests {
         trail.follow(poses, &all, |node| (node as u64, Pose::identity()))
     }
 
-    /// Poses that differ by less than half a cell are told apart only by where the raster was before: if a step back left
+    /// Poses that differ by less than half a cell are told apart only by where the raster was before: if a roll back left
     /// anything, it would show in some of the places.
     #[test]
-    fn a_step_back_leaves_nothing() {
+    fn a_roll_back_leaves_nothing() {
         for place in 0..20 {
             let at = |offset_m: f64| Pose::translation(0.01 * f64::from(place) + offset_m, 0.0, 0.0);
             let (mut straight, mut detour) = (floor(), floor());
@@ -118,7 +118,7 @@ mod tests {
             }
             let moved = follow(&mut detour, &[at(0.2), at(0.5)]);
             assert_eq!(moved.cameras.len(), 2);
-            detour.step_back(moved);
+            detour.roll_back(moved);
             assert_eq!(detour.coverage().facets(), straight.coverage().facets());
             for trail in [&mut straight, &mut detour] {
                 follow(trail, &[at(0.03), at(0.53)]);
@@ -142,8 +142,8 @@ mod tests {
             let camera = |node: usize| (node as u64, Pose::identity());
             let before = told.coverage().facets();
             for _ in 0..step % 3 {
-                let way_back = told.follow(&poses, &moved, camera);
-                told.step_back(way_back);
+                let rollback = told.follow(&poses, &moved, camera);
+                told.roll_back(rollback);
                 assert_eq!(told.coverage().facets(), before, "back from {step}");
             }
             told.follow(&poses, &moved, camera);

@@ -193,7 +193,7 @@ impl Fold {
         let mut known = std::mem::take(&mut self.known);
         self.know(&mut known, self.nodes_before_group());
         self.known = known;
-        let view = Arc::new(View::of(self.ahead()));
+        let view = Arc::new(View::of(self.lookahead()));
         self.view = Some(Arc::clone(&view));
         view
     }
@@ -205,7 +205,7 @@ impl Fold {
     pub fn robot(&mut self) -> Result<Option<RobotNow>, StateError> {
         self.look_ahead();
         if self.robot.is_none() {
-            self.robot = self.ahead().look_at_robot()?;
+            self.robot = self.lookahead().look_at_robot()?;
         }
         Ok(self.robot)
     }
@@ -213,19 +213,19 @@ impl Fold {
     /// Keyframes in the graph.
     pub fn keyframes_in_graph(&mut self) -> usize {
         self.look_ahead();
-        self.ahead().smoother.len()
+        self.lookahead().smoother.len()
     }
 
     /// Factors in the graph, the prior of the configuration included.
     pub fn factors_in_graph(&mut self) -> u64 {
         self.look_ahead();
-        self.ahead().builder.factors_in_graph()
+        self.lookahead().builder.factors_in_graph()
     }
 
     /// The rasters.
     pub fn coverage(&mut self) -> &Coverage {
         self.look_ahead();
-        self.ahead().trail.coverage()
+        self.lookahead().trail.coverage()
     }
 
     /// A_target, m^2.
@@ -242,13 +242,13 @@ impl Fold {
     pub fn survey_remaining_m(&mut self) -> Option<f64> {
         self.look_ahead();
         let survey = self.settings.survey.as_ref()?;
-        Some(survey.length_m() - self.ahead().progress.done_m)
+        Some(survey.length_m() - self.lookahead().progress.done_m)
     }
 
     /// What keeps decisions from resting on the graph, one sentence each.
     pub fn findings(&mut self) -> Vec<String> {
         self.look_ahead();
-        let fold = self.ahead();
+        let fold = self.lookahead();
         let mut findings = Vec::new();
         let untied = fold.builder.untied();
         if let Some(first) = untied.first() {

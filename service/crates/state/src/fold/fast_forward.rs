@@ -38,7 +38,7 @@ impl Fold {
     /// What must be kept of the state before the present group; none if that cannot be kept. Cost: a copy.
     pub(crate) fn kept(&self) -> Option<Kept> {
         let mut before = self.clone();
-        before.step_back();
+        before.roll_back();
         Some(Kept {
             smoother: before.smoother.state()?,
             converged: before.converged,
