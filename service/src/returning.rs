@@ -4,7 +4,7 @@ use crate::keeper::Keeper;
 use crate::settings::Settings;
 use crate::vehicle::now_ns;
 use pdn_schemas::ids::VehicleId;
-use pdn_state::journal::files::{self, Kept};
+use pdn_state::journal::files::{self, JournalFile};
 use pdn_state::journal::{Journal, JournalError};
 use pdn_state::recovery::{Recovered, recover_from};
 use pdn_state::{Absence, StateError, Vehicle, lifecycle};
@@ -40,7 +40,7 @@ pub fn recover_all(settings: &Settings) -> Result<Vec<Returned>, JournalError> {
     Ok(all)
 }
 
-fn recover_vehicle(id: VehicleId, kept: &[Kept], settings: &Settings) -> Returned {
+fn recover_vehicle(id: VehicleId, kept: &[JournalFile], settings: &Settings) -> Returned {
     let limits = settings.limits();
     let mut vehicle = Vehicle::kept(id.as_str(), limits);
     let mut keeper = Keeper::new(id.clone(), settings);
@@ -103,7 +103,7 @@ struct Read {
     unwritable: Option<JournalError>,
 }
 
-fn read(kept: &Kept, vehicle: &str, settings: &Settings) -> Result<Read, JournalError> {
+fn read(kept: &JournalFile, vehicle: &str, settings: &Settings) -> Result<Read, JournalError> {
     let (journal, unwritable) = match files::open(&kept.path) {
         Ok(journal) => (journal, None),
         // A disk that cannot be written takes no mission away.

@@ -8,11 +8,9 @@
 
 mod content;
 
+use crate::fold::SolvedState;
 use crate::history::SOFTWARE;
 use crate::journal::{Journal, JournalError};
-use crate::survey::Progress;
-use pdn_kernel::se3::Pose;
-use pdn_kernel::smoother::SmootherState;
 
 /// What the bytes of a checkpoint begin with, of which the last character is the format.
 const MAGIC: [u8; 4] = *b"PDC1";
@@ -24,17 +22,7 @@ pub struct Checkpoint {
     pub record: u64,
     /// Events refused up to and with that one.
     pub(crate) rejected: u64,
-    pub(crate) kept: Kept,
-}
-
-/// What of a fold does not follow from its events at once.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Kept {
-    pub smoother: SmootherState,
-    pub converged: bool,
-    pub progress: Progress,
-    /// By node, where its photograph lies in the rasters; none before the first.
-    pub world_from_camera: Vec<Option<Pose>>,
+    pub(crate) solved: SolvedState,
 }
 
 /// Why a checkpoint is of no use.

@@ -27,9 +27,11 @@ use std::sync::Arc;
 
 mod gate;
 mod fast_forward;
+mod solved;
 
 pub(crate) use gate::{CONTRADICTION, Gate};
 pub(crate) use fast_forward::FastForward;
+pub(crate) use solved::SolvedState;
 
 /// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
 /// the whole graph by less costs one way to the root.

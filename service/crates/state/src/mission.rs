@@ -158,8 +158,8 @@ impl Mission {
     /// such moment. Cost: a copy of the state.
     pub fn checkpoint(&self) -> Option<Checkpoint> {
         let GroupStart { seq, record, rejected } = self.group?;
-        let kept = (self.fold.group_seq() == Some(seq)).then(|| self.fold.kept()).flatten()?;
-        Some(Checkpoint { record, rejected, kept })
+        let solved = (self.fold.group_seq() == Some(seq)).then(|| self.fold.solved_state()).flatten()?;
+        Some(Checkpoint { record, rejected, solved })
     }
 
     fn apply(&mut self, event: Event, outcome: &mut OfferOutcome) {

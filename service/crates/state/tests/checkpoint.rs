@@ -9,7 +9,7 @@ use pdn_state::journal::Header;
 use pdn_state::recovery::{Recovered, recover, recover_from};
 use pdn_state::{Absence, Journal, Limits, Operation, Record, Vehicle};
 use std::time::{Duration, Instant};
-use support::history::{begun, kept, running_bits, unwritten};
+use support::history::{begun, journaled, running_bits, unwritten};
 use support::storage::Disk;
 use support::{Script, diagonal, level, mission, noise, place};
 
@@ -123,7 +123,7 @@ fn a_checkpoint_serves_a_journal_that_ends_with_it() {
 
 #[test]
 fn a_checkpoint_that_is_of_no_use_is_passed_over_and_told() {
-    let records = kept(usize::MAX, 7).records();
+    let records = journaled(usize::MAX, 7).records();
     let (of_script, checkpoints, _) = lived(&support::script("m"));
     let (whole, other) = (journal(&of_script), journal(&records));
     let last = &checkpoints[checkpoints.len() - 1].1;

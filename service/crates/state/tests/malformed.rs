@@ -5,7 +5,7 @@
 mod support;
 
 use pdn_state::{Entry, Event, Limits, Operation, Record, Vehicle};
-use support::history::kept;
+use support::history::journaled;
 use support::{Script, config};
 
 struct Chance(u64);
@@ -40,7 +40,7 @@ fn spoilt(record: &Record, chance: &mut Chance) -> Record {
 
 #[test]
 fn no_record_that_is_nearly_one_makes_the_reader_fail() {
-    let records = kept(10, 7).records();
+    let records = journaled(10, 7).records();
     let (mut chance, mut read) = (Chance(1), 0_usize);
     let tried = inputs(2);
     for index in 0..tried {

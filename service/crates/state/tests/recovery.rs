@@ -9,7 +9,7 @@ use pdn_state::journal::Header;
 use pdn_state::recovery::recover;
 use pdn_state::replay::{Verdict, place, replay};
 use pdn_state::{Absence, Entry, Journal, JournalError, Limits, Operation, Record, Vehicle, WhatIf};
-use support::history::{begun, kept, running_bits, unwritten};
+use support::history::{begun, journaled, running_bits, unwritten};
 use support::storage::Disk;
 use support::{bits, config, mission, pool, script};
 
@@ -33,7 +33,7 @@ fn restarted(journal: &Journal) -> Vehicle {
 
 #[test]
 fn a_mission_comes_back_bit_for_bit() {
-    let mut lived = kept(10, 7);
+    let mut lived = journaled(10, 7);
     let (journal, _) = journal(&lived.groups);
     let mut vehicle = restarted(&journal);
     let state = mission(&mut vehicle).state();
@@ -50,7 +50,7 @@ fn a_mission_comes_back_bit_for_bit() {
 #[test]
 fn it_goes_on_as_if_nothing_had_been_wherever_it_stops() {
     let events = script("m").events;
-    let mut straight = kept(usize::MAX, 7);
+    let mut straight = journaled(usize::MAX, 7);
     let expected = {
         straight.vehicle.command(None, Operation::Hold, "to look", 9).expect("it runs");
         running_bits(&mut straight.vehicle)
@@ -154,7 +154,7 @@ fn a_journal_that_cannot_be_read_is_told_and_stands_in_nobodys_way() {
 
 #[test]
 fn every_decision_comes_out_again_and_another_allowance_turns_some() {
-    let lived = kept(7, 20);
+    let lived = journaled(7, 20);
     let (journal, _) = journal(&lived.groups);
     for threads in [1, 3] {
         let mut heard = 0;
@@ -183,7 +183,7 @@ fn every_decision_comes_out_again_and_another_allowance_turns_some() {
 
 #[test]
 fn a_decision_that_was_not_taken_so_is_found_with_its_first_difference() {
-    let lived = kept(30, 20);
+    let lived = journaled(30, 20);
     let mut groups = lived.groups.clone();
     let mut changed = 0;
     for record in groups.iter_mut().flatten().filter(|record| record.kind == Kind::Decided) {
@@ -206,7 +206,7 @@ fn a_decision_that_was_not_taken_so_is_found_with_its_first_difference() {
 
 #[test]
 fn a_history_that_cannot_have_been_is_damage_at_its_record() {
-    let lived = kept(30, 20);
+    let lived = journaled(30, 20);
     let records = lived.records();
     let event = records.iter().position(|record| record.kind == Kind::Factor).expect("there are factors");
     let without = |index: usize| [&records[..index], &records[index + 1..]].concat();

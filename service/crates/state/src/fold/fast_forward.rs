@@ -4,10 +4,9 @@
 //! Refusals of a group may stand in the history after the keyframe that ended it. So a group is noted only once the
 //! next entry has come that is no refusal; until then it waits here.
 
-use super::Fold;
+use super::{Fold, SolvedState};
 use crate::graph_builder::{Addition, Admit};
 use crate::change::Change;
-use crate::checkpoint::Kept;
 use crate::outcome::Refusal;
 use pdn_kernel::smoother::Smoother;
 use std::collections::BTreeSet;
@@ -36,10 +35,10 @@ impl Fold {
     }
 
     /// What must be kept of the state before the present group; none if that cannot be kept. Cost: a copy.
-    pub(crate) fn kept(&self) -> Option<Kept> {
+    pub(crate) fn solved_state(&self) -> Option<SolvedState> {
         let mut before = self.clone();
         before.roll_back();
-        Some(Kept {
+        Some(SolvedState {
             smoother: before.smoother.state()?,
             converged: before.converged,
             progress: before.progress,
@@ -71,11 +70,11 @@ impl Fold {
     ///
     /// # Errors
     /// What does not fit.
-    pub(crate) fn finish_fast_forward(&mut self, mut forward: FastForward, kept: Kept) -> Result<Vec<Refusal>, String> {
+    pub(crate) fn finish_fast_forward(&mut self, mut forward: FastForward, solved: SolvedState) -> Result<Vec<Refusal>, String> {
         self.note_closed(&mut forward);
         let [(seq, change)] = <[_; 1]>::try_from(forward.current)
             .map_err(|current| format!("it stands before {} events", current.len()))?;
-        let Kept { smoother, converged, progress, world_from_camera } = kept;
+        let SolvedState { smoother, converged, progress, world_from_camera } = solved;
         let nodes = self.builder.nodes.len();
         if smoother.linearizations.len() != nodes || world_from_camera.len() != nodes {
             return Err(format!("the journal has {nodes} keyframes in the graph by then"));

@@ -103,9 +103,9 @@ impl Mission {
     /// # Errors
     /// Why it cannot be a checkpoint of this history.
     pub(crate) fn finish_fast_forward(&mut self, checkpoint: Checkpoint) -> Result<(), String> {
-        let Checkpoint { record, rejected, kept } = checkpoint;
+        let Checkpoint { record, rejected, solved } = checkpoint;
         let forward = self.forward.take().ok_or("it comes too late")?;
-        if let [refusal, ..] = self.fold.finish_fast_forward(*forward, kept)?.as_slice() {
+        if let [refusal, ..] = self.fold.finish_fast_forward(*forward, solved)?.as_slice() {
             return Err(format!("its event {} is refused", refusal.seq));
         }
         self.rejected = rejected;
