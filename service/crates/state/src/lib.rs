@@ -61,4 +61,4 @@ pub use lifecycle::Operation;
 pub use limits::Limits;
 pub use mission::Mission;
 pub use outcome::{OfferOutcome, Refusal};
-pub use vehicle::{Absence, Prepared, Unwritten, Vehicle};
+pub use vehicle::{Absence, PreparedMission, Unwritten, Vehicle};

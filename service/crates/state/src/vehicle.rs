@@ -33,7 +33,7 @@ pub struct Vehicle {
 
 /// A configuration that has been checked, and that nothing depends on yet.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedMission {
     mission: Mission,
     replaces: bool,
 }
@@ -86,7 +86,7 @@ impl Vehicle {
     ///
     /// # Errors
     /// As [`Vehicle::configure`].
-    pub fn prepare(&self, config: MissionConfig, now_ns: u64) -> Result<Prepared, StateError> {
+    pub fn prepare(&self, config: MissionConfig, now_ns: u64) -> Result<PreparedMission, StateError> {
         let id = config.mission.clone();
         let current = self.current.as_ref().and_then(|current| self.missions.get(current));
         if let Some(current) = current.filter(|current| lifecycle::is_active(current.phase())) {
@@ -121,15 +121,15 @@ impl Vehicle {
         if self.kept_as.is_some() {
             mission.keep_history(configured)?;
         }
-        Ok(Prepared { mission, replaces: replaced.is_some() })
+        Ok(PreparedMission { mission, replaces: replaced.is_some() })
     }
 
     /// The rest of [`Vehicle::configure`]; `prepared` is this vehicle's, and nothing has happened since.
     ///
     /// # Errors
     /// [`StateError::Internal`] if a history cannot be noted.
-    pub fn adopt(&mut self, prepared: Prepared, now_ns: u64) -> Result<&mut Mission, StateError> {
-        let Prepared { mission, replaces } = prepared;
+    pub fn adopt(&mut self, prepared: PreparedMission, now_ns: u64) -> Result<&mut Mission, StateError> {
+        let PreparedMission { mission, replaces } = prepared;
         let id = mission.id().to_string();
         if !replaces {
             self.abandon(&id, now_ns)?;
@@ -227,7 +227,7 @@ impl Vehicle {
     }
 }
 
-impl Prepared {
+impl PreparedMission {
     /// The records with which a new journal begins; empty if the mission goes on in the journal of the one that it
     /// replaces, or nobody keeps it.
     pub fn take_first_records(&mut self) -> Vec<Record> {
