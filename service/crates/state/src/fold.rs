@@ -18,7 +18,7 @@ use crate::relinearization::{self, relinearize};
 use crate::settings::Settings;
 use crate::survey::Progress;
 use crate::trail::{Moved, Trail};
-use crate::view::{Known, RobotNow, View};
+use crate::view::{KeyframeInfo, RobotNow, View};
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{KernelError, SharedVec};
 use pdn_planning::{DerivedCache, LinkModel};
@@ -60,7 +60,7 @@ pub struct Fold {
     pub(crate) robot: Option<RobotNow>,
     pub(crate) view: Option<Arc<View>>,
     /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
-    pub(crate) known: SharedVec<Known>,
+    pub(crate) known: SharedVec<KeyframeInfo>,
     /// What its views derive and leave to later ones.
     pub(crate) cache: DerivedCache,
 }

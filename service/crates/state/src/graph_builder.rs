@@ -19,7 +19,7 @@ mod placement;
 /// What is known of the keyframes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GraphBuilder {
-    pub(crate) keyframes: BTreeMap<u64, Record>,
+    pub(crate) keyframes: BTreeMap<u64, KeyframeEntry>,
     /// Ids of the keyframes in the graph; the index is the kernel's node.
     pub(crate) nodes: Vec<u64>,
     /// The keyframe in the graph that was introduced last: where the robot is.
@@ -35,7 +35,7 @@ pub(crate) struct GraphBuilder {
 
 /// One keyframe.
 #[derive(Clone, Debug)]
-pub(crate) struct Record {
+pub(crate) struct KeyframeEntry {
     since_seq: u64,
     world_from_body: Option<Pose>,
     pub(crate) body_from_camera: Pose,
@@ -150,10 +150,10 @@ impl GraphBuilder {
                     self.keyframes.remove(&id);
                 }
                 Undo::Named(id) => {
-                    self.keyframes.entry(id).and_modify(|record| record.factors -= 1);
+                    self.keyframes.entry(id).and_modify(|entry| entry.factors -= 1);
                 }
                 Undo::Entered(id, newest) => {
-                    self.keyframes.entry(id).and_modify(|record| record.node = None);
+                    self.keyframes.entry(id).and_modify(|entry| entry.node = None);
                     self.nodes.pop();
                     self.newest = newest;
                 }
@@ -203,7 +203,7 @@ impl GraphBuilder {
     ) -> Result<(), StateError> {
         self.check_new(keyframe.id, limits)?;
         let prior = self.first_prior(keyframe, settings)?;
-        let record = Record {
+        let entry = KeyframeEntry {
             since_seq: seq,
             world_from_body: keyframe.world_from_body,
             body_from_camera: keyframe.body_from_camera.unwrap_or(settings.body_from_camera),
@@ -211,7 +211,7 @@ impl GraphBuilder {
             node: None,
             factors: 0,
         };
-        self.keyframes.insert(keyframe.id, record);
+        self.keyframes.insert(keyframe.id, entry);
         self.undo_log.push(Undo::Introduced(keyframe.id));
         if let Some((measurement, pose, factor)) = prior {
             self.enter(keyframe.id, pose, additions);
@@ -270,13 +270,13 @@ impl GraphBuilder {
     }
 
     pub(crate) fn node(&self, keyframe: u64) -> Option<Node> {
-        self.keyframes.get(&keyframe).and_then(|record| record.node)
+        self.keyframes.get(&keyframe).and_then(|entry| entry.node)
     }
 
     /// The event that introduced the keyframe of a node; none of a node that is not in the graph.
     fn since_seq(&self, node: Node) -> Option<u64> {
         let keyframe = self.nodes.get(node.index())?;
-        self.keyframes.get(keyframe).map(|record| record.since_seq)
+        self.keyframes.get(keyframe).map(|entry| entry.since_seq)
     }
 
     pub(crate) fn factors_in_graph(&self) -> u64 {
@@ -285,8 +285,8 @@ impl GraphBuilder {
 
     /// Keyframes outside of the graph, but for the one introduced last, whose ties may be on their way.
     pub(crate) fn untied(&self) -> Vec<u64> {
-        let newest = self.keyframes.values().map(|record| record.since_seq).max();
-        let waits = |record: &Record| record.node.is_none() && Some(record.since_seq) != newest;
-        self.keyframes.iter().filter(|(_, record)| waits(record)).map(|(id, _)| *id).collect()
+        let newest = self.keyframes.values().map(|entry| entry.since_seq).max();
+        let waits = |entry: &KeyframeEntry| entry.node.is_none() && Some(entry.since_seq) != newest;
+        self.keyframes.iter().filter(|(_, entry)| waits(entry)).map(|(id, _)| *id).collect()
     }
 }

@@ -20,7 +20,7 @@ use std::sync::{Arc, OnceLock};
 /// The state at a moment, immutable. Whatever is asked of the graph is asked of its relinearised copy, which the first
 /// question makes on its own thread and all others share.
 pub struct View {
-    keyframes: SharedVec<Known>,
+    keyframes: SharedVec<KeyframeInfo>,
     newest: Option<Node>,
     went: Vec<(Node, Node)>,
     last_odometry: Option<OdometryStep>,
@@ -38,7 +38,7 @@ pub struct View {
 
 /// What of a keyframe in the graph stays as it is, by node.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Known {
+pub(crate) struct KeyframeInfo {
     id: u64,
     body_from_camera: Pose,
     saliency: Saliency,
@@ -161,7 +161,7 @@ impl View {
     /// The state at the linearisation points of `smoother`, with these settings.
     fn snapshot(&self, smoother: &Smoother, settings: pdn_planning::Settings) -> Snapshot {
         let keyframes = self.keyframes.iter().zip(smoother.linearizations());
-        let keyframe = |(known, world_from_body): (&Known, &Pose)| SnapshotKeyframe {
+        let keyframe = |(known, world_from_body): (&KeyframeInfo, &Pose)| SnapshotKeyframe {
             id: known.id,
             world_from_body: *world_from_body,
             body_from_camera: known.body_from_camera,
@@ -273,10 +273,10 @@ impl Fold {
     }
 
     /// Adds what stays of the keyframes up to a node, exclusive.
-    fn know(&self, known: &mut SharedVec<Known>, nodes: usize) {
+    fn know(&self, known: &mut SharedVec<KeyframeInfo>, nodes: usize) {
         for &id in self.builder.nodes.get(known.len()..nodes).unwrap_or_default() {
-            let record = &self.builder.keyframes[&id];
-            known.push(Known { id, body_from_camera: record.body_from_camera, saliency: record.saliency });
+            let keyframe = &self.builder.keyframes[&id];
+            known.push(KeyframeInfo { id, body_from_camera: keyframe.body_from_camera, saliency: keyframe.saliency });
         }
     }
 

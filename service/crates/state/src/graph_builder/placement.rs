@@ -29,7 +29,7 @@ impl GraphBuilder {
         }
         let (first, second) = measurement.keyframes();
         for keyframe in [Some(first), second].into_iter().flatten() {
-            self.keyframes.entry(keyframe).and_modify(|record| record.factors += 1);
+            self.keyframes.entry(keyframe).and_modify(|entry| entry.factors += 1);
             self.undo_log.push(Undo::Named(keyframe));
         }
         Ok(())
@@ -83,7 +83,7 @@ impl GraphBuilder {
         match entering {
             Some(keyframe) => {
                 let known = if keyframe == first { nodes[1] } else { nodes[0] };
-                let sent = self.keyframes.get(&keyframe).and_then(|record| record.world_from_body);
+                let sent = self.keyframes.get(&keyframe).and_then(|entry| entry.world_from_body);
                 let known_pose = if known == next { Pose::identity() } else { admit.pose(known, additions) };
                 let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
                 self.enter(keyframe, sent.unwrap_or_else(tied), additions);
@@ -96,7 +96,7 @@ impl GraphBuilder {
 
     pub(super) fn enter(&mut self, keyframe: u64, world_from_body: Pose, additions: &mut Vec<Addition>) {
         let node = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        self.keyframes.entry(keyframe).and_modify(|record| record.node = Some(node));
+        self.keyframes.entry(keyframe).and_modify(|entry| entry.node = Some(node));
         self.nodes.push(keyframe);
         self.undo_log.push(Undo::Entered(keyframe, self.newest));
         if self.newest.is_none_or(|newest| self.since_seq(node) > self.since_seq(newest)) {
@@ -132,7 +132,7 @@ impl GraphBuilder {
         let camera = |keyframe| {
             self.keyframes
                 .get(&keyframe)
-                .map_or(&settings.body_from_camera, |record| &record.body_from_camera)
+                .map_or(&settings.body_from_camera, |entry| &entry.body_from_camera)
         };
         let cameras = [camera(first), camera(second.unwrap_or(first))];
         measurement.factor(nodes[0], nodes[1], cameras, settings.planning.min_baseline_m, &settings.losses)
