@@ -189,7 +189,7 @@ impl Fold {
         self.builder.undo();
         let group = std::mem::take(&mut self.group);
         // What waited and was refused by the group stays refused.
-        self.builder.waiting.retain(|seq, _| !group.refused.contains(seq));
+        self.builder.deferred.retain(|seq, _| !group.refused.contains(seq));
         let mut reported = group.refused;
         for (seq, change) in group.changes {
             let mut refused = Vec::new();

@@ -25,7 +25,7 @@ pub(crate) struct GraphBuilder {
     /// The keyframe in the graph that was introduced last: where the robot is.
     pub(crate) newest: Option<Node>,
     /// Measurements that name a keyframe outside of the graph, by event.
-    pub(crate) waiting: BTreeMap<u64, Measurement>,
+    pub(crate) deferred: BTreeMap<u64, Measurement>,
     pub(crate) factors: BTreeMap<FactorKind, u64>,
     pub(crate) went: Vec<(Node, Node)>,
     /// The odometry measurement into the newest keyframe that has one, with that keyframe's node.
@@ -58,7 +58,7 @@ enum Undo {
     Introduced(u64),
     Named(u64),
     Entered(u64, Option<Node>),
-    Waited(u64),
+    Deferred(u64),
     Resumed(u64, Box<Measurement>),
     Counted(FactorKind),
     Went,
@@ -157,11 +157,11 @@ impl GraphBuilder {
                     self.nodes.pop();
                     self.newest = newest;
                 }
-                Undo::Waited(seq) => {
-                    self.waiting.remove(&seq);
+                Undo::Deferred(seq) => {
+                    self.deferred.remove(&seq);
                 }
                 Undo::Resumed(seq, measurement) => {
-                    self.waiting.insert(seq, *measurement);
+                    self.deferred.insert(seq, *measurement);
                 }
                 Undo::Counted(kind) => {
                     self.factors.entry(kind).and_modify(|count| *count -= 1);
@@ -258,7 +258,7 @@ impl GraphBuilder {
                 format!("from and to are both keyframe {first}; send a factor of two different keyframes");
             return Err(StateError::Invalid { field: field("to"), problem });
         }
-        if self.factors_in_graph() + self.waiting.len() as u64 >= limits.max_factors as u64 {
+        if self.factors_in_graph() + self.deferred.len() as u64 >= limits.max_factors as u64 {
             return Err(StateError::Limit {
                 what: "factors of the mission",
                 bound: "max_factors",

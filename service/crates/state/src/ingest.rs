@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Default)]
 pub struct Ingest {
     fingerprints: Vec<u64>,
-    waiting: BTreeMap<u64, (u64, Event)>,
+    buffered: BTreeMap<u64, (u64, Event)>,
 }
 
 /// What became of an arrival.
@@ -21,7 +21,7 @@ pub enum Arrival {
     /// The events that are due now, in order: this one and those that waited for it.
     Due(Vec<Event>),
     /// It waits for a missing event.
-    Waiting,
+    Buffered,
     /// It has been here before, with the same content.
     Repeat,
 }
@@ -34,7 +34,7 @@ impl Ingest {
 
     /// Events that wait for a missing one.
     pub fn buffered(&self) -> usize {
-        self.waiting.len()
+        self.buffered.len()
     }
 
     /// Takes an event, at the cost of its fingerprint and a search in the buffer.
@@ -66,19 +66,19 @@ impl Ingest {
             });
         }
         if seq > self.next_seq() {
-            if self.waiting.len() >= max_buffered {
+            if self.buffered.len() >= max_buffered {
                 return Err(StateError::BufferFull {
                     seq,
                     next_seq: self.next_seq(),
                     buffered: max_buffered,
                 });
             }
-            self.waiting.insert(seq, (fingerprint, event));
-            return Ok(Arrival::Waiting);
+            self.buffered.insert(seq, (fingerprint, event));
+            return Ok(Arrival::Buffered);
         }
         self.fingerprints.push(fingerprint);
         let mut due = vec![event];
-        while let Some((fingerprint, event)) = self.waiting.remove(&self.next_seq()) {
+        while let Some((fingerprint, event)) = self.buffered.remove(&self.next_seq()) {
             self.fingerprints.push(fingerprint);
             due.push(event);
         }
@@ -94,7 +94,7 @@ impl Ingest {
     pub fn missing(&self, max_ranges: usize) -> Vec<(u64, u64)> {
         let mut expected = self.next_seq();
         let mut gaps = Vec::new();
-        for seq in self.waiting.keys().copied() {
+        for seq in self.buffered.keys().copied() {
             if gaps.len() == max_ranges {
                 break;
             }
@@ -108,6 +108,6 @@ impl Ingest {
 
     fn known(&self, seq: u64) -> Option<u64> {
         let consumed = usize::try_from(seq).ok().and_then(|index| self.fingerprints.get(index).copied());
-        consumed.or_else(|| self.waiting.get(&seq).map(|(fingerprint, _)| *fingerprint))
+        consumed.or_else(|| self.buffered.get(&seq).map(|(fingerprint, _)| *fingerprint))
     }
 }

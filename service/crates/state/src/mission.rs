@@ -142,7 +142,7 @@ impl Mission {
         }
         match self.ingest.take(event, self.limits.max_buffered_events, self.limits.max_events) {
             Ok(Arrival::Due(due)) => due.into_iter().for_each(|event| self.apply(event, &mut outcome)),
-            Ok(Arrival::Waiting) => {}
+            Ok(Arrival::Buffered) => {}
             Ok(Arrival::Repeat) => outcome.repeat = true,
             Err(error) => {
                 let refusal = Refusal { seq, error };

@@ -24,8 +24,8 @@ impl GraphBuilder {
         if self.is_placeable(measurement) {
             self.add(seq, measurement, settings, admit, additions)?;
         } else {
-            self.waiting.insert(seq, measurement.clone());
-            self.undo_log.push(Undo::Waited(seq));
+            self.deferred.insert(seq, measurement.clone());
+            self.undo_log.push(Undo::Deferred(seq));
         }
         let (first, second) = measurement.keyframes();
         for keyframe in [Some(first), second].into_iter().flatten() {
@@ -44,9 +44,9 @@ impl GraphBuilder {
     ) -> Vec<Refusal> {
         let mut refused = Vec::new();
         while let Some(seq) =
-            self.waiting.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
+            self.deferred.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
         {
-            let Some(measurement) = self.waiting.remove(&seq) else { break };
+            let Some(measurement) = self.deferred.remove(&seq) else { break };
             if let Err(error) = self.add(seq, &measurement, settings, admit, additions) {
                 refused.push(Refusal { seq, error });
             }
