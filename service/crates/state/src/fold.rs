@@ -17,7 +17,7 @@ use crate::outcome::Refusal;
 use crate::relinearization::{self, relinearize};
 use crate::settings::Settings;
 use crate::survey::Progress;
-use crate::trail::{Moved, Trail};
+use crate::coverage_tracker::{MovedCameras, CoverageTracker};
 use crate::view::{KeyframeInfo, RobotNow, View};
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{KernelError, SharedVec};
@@ -49,7 +49,7 @@ pub struct Fold {
     pub(crate) link_model: LinkModel,
     pub(crate) smoother: Smoother,
     pub(crate) converged: bool,
-    pub(crate) trail: Trail,
+    pub(crate) coverage: CoverageTracker,
     pub(crate) progress: Progress,
     group: Group,
     /// What leads back to before the group, once it has been solved for.
@@ -79,7 +79,7 @@ struct Rollback {
     smoother: Smoother,
     converged: bool,
     progress: Progress,
-    moved: Moved,
+    moved: MovedCameras,
 }
 
 impl Fold {
@@ -94,7 +94,7 @@ impl Fold {
                 max_iterations: STREAM_ITERATIONS,
             }),
             converged: true,
-            trail: Trail::new(settings.coverage.clone()),
+            coverage: CoverageTracker::new(settings.coverage.clone()),
             progress: Progress::default(),
             group: Group::default(),
             rollback: None,
@@ -233,10 +233,10 @@ impl Fold {
             smoother: std::mem::replace(&mut self.smoother, advanced),
             converged: std::mem::replace(&mut self.converged, converged),
             progress: self.progress,
-            moved: Moved::default(),
+            moved: MovedCameras::default(),
         };
         let (builder, moved) = (&self.builder, self.smoother.take_moved());
-        rollback.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
+        rollback.moved = self.coverage.follow(self.smoother.linearizations(), &moved, |node| {
             let keyframe = builder.nodes[node];
             (keyframe, builder.keyframes[&keyframe].body_from_camera)
         });
@@ -261,7 +261,7 @@ impl Fold {
     fn roll_back(&mut self) {
         self.repaired = None;
         let Some(rollback) = self.rollback.take() else { return };
-        self.trail.roll_back(rollback.moved);
+        self.coverage.roll_back(rollback.moved);
         (self.smoother, self.converged, self.progress) = (rollback.smoother, rollback.converged, rollback.progress);
     }
 }

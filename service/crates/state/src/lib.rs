@@ -4,7 +4,7 @@
 //! Reading order. What can go wrong and how much is allowed: [`error`], [`limits`]. What happens to a mission:
 //! [`lifecycle`], [`event`], `ingest` (the order of events), [`history`] (entry by entry), `record_log` (what of it is
 //! written down). What events do: `change` (an event that has been checked), `settings`, `graph_builder` (which keyframes are in
-//! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `trail`, `survey`, `view`
+//! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `coverage_tracker`, `survey`, `view`
 //! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. What
 //! survives: [`journal`] (the file), [`checkpoint`] (what spares solving it again), [`recovery`] (a mission from its journal), [`replay`] (its decisions once more).
 //! Where the messages of the contract meet the types of the method: `convert`, and nowhere else.
@@ -34,7 +34,7 @@ mod relinearization;
 
 mod fold;
 mod survey;
-mod trail;
+mod coverage_tracker;
 mod view;
 
 pub mod mission;

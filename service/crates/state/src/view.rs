@@ -81,7 +81,7 @@ impl View {
             newest: fold.builder.newest,
             went: fold.builder.went.clone(),
             last_odometry: fold.builder.last_odometry.map(|(_, step)| step),
-            covered_m2: fold.trail.coverage().covered_m2(),
+            covered_m2: fold.coverage.coverage().covered_m2(),
             link_model: fold.link_model.clone(),
             settings: Arc::clone(&fold.settings),
             smoother: fold.smoother.clone(),
@@ -225,7 +225,7 @@ impl Fold {
     /// The rasters.
     pub fn coverage(&mut self) -> &Coverage {
         self.look_ahead();
-        self.lookahead().trail.coverage()
+        self.lookahead().coverage.coverage()
     }
 
     /// A_target, m^2.

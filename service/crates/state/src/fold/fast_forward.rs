@@ -42,7 +42,7 @@ impl Fold {
             smoother: before.smoother.state()?,
             converged: before.converged,
             progress: before.progress,
-            world_from_camera: before.trail.cameras(),
+            world_from_camera: before.coverage.cameras(),
         })
     }
 
@@ -88,7 +88,7 @@ impl Fold {
         self.converged = converged;
         self.progress = progress;
         let builder = &self.builder;
-        self.trail.restore(world_from_camera, |node| builder.nodes[node]);
+        self.coverage.restore(world_from_camera, |node| builder.nodes[node]);
         Ok(self.apply(seq, change))
     }
 
