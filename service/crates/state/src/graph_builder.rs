@@ -94,12 +94,12 @@ impl Admit<'_> {
             Admit::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
             Admit::History(_) => return Ok(()),
         };
-        let told = |error| convert::error::measurement(measurement, error);
+        let describe = |error| convert::error::measurement(measurement, error);
         let (first, second) = factor.nodes();
         let first = gate.pose(smoother, first, additions);
         let second = second.map(|node| gate.pose(smoother, node, additions));
-        factor.validate_geometry(&first, second.as_ref()).map_err(told)?;
-        match gate.contradiction(smoother, factor, additions).map_err(told)? {
+        factor.validate_geometry(&first, second.as_ref()).map_err(describe)?;
+        match gate.contradiction(smoother, factor, additions).map_err(describe)? {
             None => Ok(()),
             Some(distance) => Err(StateError::contradiction(measurement, distance)),
         }

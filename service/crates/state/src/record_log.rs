@@ -65,9 +65,9 @@ impl RecordLog {
         record: impl FnOnce() -> Result<Record, CodecError>,
     ) -> Result<(), StateError> {
         if let Some(unwritten) = &mut self.unwritten {
-            let told =
+            let describe =
                 |error| StateError::Internal { evidence: format!("a record cannot be written: {error}") };
-            unwritten.push(record().map_err(told)?);
+            unwritten.push(record().map_err(describe)?);
         }
         self.records += 1;
         Ok(())

@@ -176,7 +176,7 @@ impl Recovery {
 
     /// Keeps the first difference.
     fn note_difference(&mut self, seq: Option<u64>, recorded: &str, now: &str) {
-        let told = || format!("event {seq:?}: recorded \"{recorded}\", with {SOFTWARE} \"{now}\"");
-        self.differs.get_or_insert_with(told);
+        let difference = || format!("event {seq:?}: recorded \"{recorded}\", with {SOFTWARE} \"{now}\"");
+        self.differs.get_or_insert_with(difference);
     }
 }

@@ -108,7 +108,7 @@ impl View {
     pub fn relinearized(&self) -> Result<&Relinearized, StateError> {
         let relinearized = self.relinearized.get_or_init(|| {
             let mut smoother = self.smoother.clone();
-            relinearize(&mut smoother).map_err(|error| self.told(error))?;
+            relinearize(&mut smoother).map_err(|error| self.describe(error))?;
             let snapshot = self.snapshot(&smoother, self.settings().clone());
             Ok(Relinearized { snapshot, smoother })
         });
@@ -126,7 +126,7 @@ impl View {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Decision, StateError> {
         pdn_planning::decide(&self.relinearized()?.snapshot, question, pool, stop)
-            .map_err(|error| self.told(error))
+            .map_err(|error| self.describe(error))
     }
 
     /// What paths that a person drew would bring.
@@ -149,11 +149,11 @@ impl View {
             let assuming = self.snapshot(&self.relinearized()?.smoother, settings);
             pdn_planning::evaluate_paths(&assuming, paths, pool, stop)
         };
-        evaluated.map_err(|error| self.told(error))
+        evaluated.map_err(|error| self.describe(error))
     }
 
-    /// Tells an error by keyframe ids.
-    pub fn told(&self, error: impl Into<PlanningError>) -> StateError {
+    /// An error of the method by keyframe ids.
+    pub fn describe(&self, error: impl Into<PlanningError>) -> StateError {
         let id = |node: Node| (node.index() < self.keyframes.len()).then(|| self.keyframes[node.index()].id);
         convert::error::planning(id, error)
     }
@@ -282,9 +282,9 @@ impl Fold {
 
     fn look_at_robot(&self) -> Result<Option<RobotNow>, StateError> {
         let Some(node) = self.builder.newest else { return Ok(None) };
-        let told = |error| convert::error::unsolvable(&self.builder.nodes, error);
-        let covariance = self.smoother.marginal(node).map_err(told)?;
-        let excess = gaussian::log_determinant(&covariance).map_err(told)?
+        let describe = |error| convert::error::unsolvable(&self.builder.nodes, error);
+        let covariance = self.smoother.marginal(node).map_err(describe)?;
+        let excess = gaussian::log_determinant(&covariance).map_err(describe)?
             - self.settings.planning.allowable.log_determinant();
         Ok(Some(RobotNow {
             keyframe: self.builder.nodes[node.index()],

@@ -22,8 +22,8 @@ pub fn settings(config: &MissionConfig, limits: &Limits) -> Result<Settings, Sta
     MissionId::new(config.mission.as_str()).map_err(|error| invalid("mission", error.to_string()))?;
     let facets = facets(&config.target, config.cell_m, limits)?;
     let planning = planner(config)?;
-    planning.check().map_err(told)?;
-    let coverage = Coverage::new(&facets, config.cell_m, field_of_view(&config.camera)?).map_err(told)?;
+    planning.check().map_err(describe)?;
+    let coverage = Coverage::new(&facets, config.cell_m, field_of_view(&config.camera)?).map_err(describe)?;
     let area_m2 = config.target.area_m2.map(|area_m2| positive("target.area_m2", area_m2)).transpose()?;
     Ok(Settings {
         body_from_camera: pose("camera.body_from_camera", &config.camera.body_from_camera)?,
@@ -120,7 +120,7 @@ fn loss(field: &str, loss: wire::Loss) -> Result<Loss, StateError> {
 fn link_model(wire: &wire::LinkModel, limits: &Limits) -> Result<LinkModel, StateError> {
     let bins_hold = (1..=limits.max_link_bins).contains(&wire.bins);
     within("link_model.bins", f64::from(wire.bins), "from 1 to max_link_bins", bins_hold)?;
-    LinkModel::new(wire.bins as usize, &wire.prior).map_err(told)
+    LinkModel::new(wire.bins as usize, &wire.prior).map_err(describe)
 }
 
 fn survey(points: &[[f64; 3]], corridor_m: f64, limits: &Limits) -> Result<Survey, StateError> {
@@ -136,6 +136,6 @@ fn survey(points: &[[f64; 3]], corridor_m: f64, limits: &Limits) -> Result<Surve
     Ok(survey)
 }
 
-fn told(error: pdn_planning::PlanningError) -> StateError {
+fn describe(error: pdn_planning::PlanningError) -> StateError {
     planning(|_| None, error)
 }

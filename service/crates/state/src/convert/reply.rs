@@ -125,7 +125,7 @@ pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, 
         graph_seq: source.graph_seq,
         keyframes,
         factors: source.view.factors.iter().map(|(kind, count)| (kind.to_string(), *count)).collect(),
-        chi2: smoother.chi2().map_err(|error| source.view.told(error))?,
+        chi2: smoother.chi2().map_err(|error| source.view.describe(error))?,
     })
 }
 
@@ -135,8 +135,8 @@ pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, 
 /// [`StateError::Singular`] if a marginal cannot be computed.
 pub fn waypoints(source: &Source) -> Result<WaypointsReply, StateError> {
     let found =
-        domain::waypoints(&source.view.relinearized()?.snapshot).map_err(|error| source.view.told(error))?;
-    let told = found.iter().map(|waypoint| Waypoint {
+        domain::waypoints(&source.view.relinearized()?.snapshot).map_err(|error| source.view.describe(error))?;
+    let waypoints = found.iter().map(|waypoint| Waypoint {
         keyframe: waypoint.keyframe,
         pose: wire_pose(&waypoint.pose),
         marginal_uncertainty: waypoint.marginal_uncertainty,
@@ -148,7 +148,7 @@ pub fn waypoints(source: &Source) -> Result<WaypointsReply, StateError> {
     Ok(WaypointsReply {
         mission: source.mission.clone(),
         graph_seq: source.graph_seq,
-        waypoints: told.collect(),
+        waypoints: waypoints.collect(),
     })
 }
 
