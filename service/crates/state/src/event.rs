@@ -1,7 +1,6 @@
 //! What a mission is a fold of: the closed list of its events.
 
-use crate::error::StateError;
-use pdn_schemas::codec::{self, Format};
+use pdn_schemas::codec::{self, CodecError, Format};
 use pdn_schemas::event::{Factor, Keyframe, LinkOutcome};
 use pdn_schemas::problem::Code;
 
@@ -59,17 +58,15 @@ impl Event {
     /// repeat is ignored, so nothing false ever enters the graph.
     ///
     /// # Errors
-    /// [`StateError::Internal`] if the event cannot be encoded.
-    pub fn fingerprint(&self) -> Result<u64, StateError> {
+    /// [`CodecError::TooLarge`] for what no reader would take.
+    pub fn fingerprint(&self) -> Result<u64, CodecError> {
         let (kind, bytes) = match self {
             Event::Keyframe(keyframe) => (b'k', codec::encode(keyframe, Format::Bincode)),
             Event::Factor(factor) => (b'f', codec::encode(factor, Format::Bincode)),
             Event::Link(link) => (b'l', codec::encode(link, Format::Bincode)),
             Event::Undecodable(event) => (b'u', Ok(event.message.clone().into_bytes())),
         };
-        let bytes = bytes
-            .map_err(|error| StateError::Internal { evidence: format!("encoding an event: {error}") })?;
-        Ok(fnv1a([kind].iter().chain(&bytes)))
+        Ok(fnv1a([kind].iter().chain(&bytes?)))
     }
 }
 

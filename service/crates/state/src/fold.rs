@@ -8,61 +8,62 @@
 //! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and keeps what leads
 //! back (`Rollback`), which is taken if the group goes on. So questions never change a later bit.
 
-use crate::graph_builder::{Addition, GraphBuilder, Admit};
-use crate::change::Change;
-use crate::convert;
-use crate::error::StateError;
-use crate::limits::Limits;
-use crate::outcome::Refusal;
-use crate::relinearization::{self, relinearize};
-use crate::settings::Settings;
-use crate::survey::Progress;
-use crate::coverage_tracker::{MovedCameras, CoverageTracker};
-use crate::view::{KeyframeInfo, RobotNow, View};
-use pdn_kernel::smoother::{Smoother, SmootherSettings};
-use pdn_kernel::{KernelError, SharedVec};
-use pdn_planning::{DerivedCache, LinkModel};
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-mod gate;
 mod fast_forward;
+mod queries;
 mod solved;
 
-pub(crate) use gate::{CONTRADICTION, Gate};
 pub(crate) use fast_forward::FastForward;
 pub(crate) use solved::SolvedState;
 
-/// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
-/// the whole graph by less costs one way to the root.
+use crate::change::{Addition, Change};
+use crate::coverage_tracker::{CoverageTracker, MovedCameras};
+use crate::error::{StateError, translate};
+use crate::gate::{Admit, Gate};
+use crate::graph_builder::GraphBuilder;
+use crate::limits::Limits;
+use crate::outcome::Refusal;
+use crate::relinearization;
+use crate::settings::Settings;
+use crate::survey::Progress;
+use crate::view::{KeyframeInfo, View};
+use pdn_kernel::smoother::{Smoother, SmootherSettings};
+use pdn_kernel::{KernelError, SharedVec};
+use pdn_planning::{DerivedCache, LinkModel};
+use queries::RobotEstimate;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a
+/// loop closure that moves the whole graph by less costs one way to the root.
 const STREAM_TOLERANCE: f64 = 2e-2;
 
-/// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left goes on with the next group.
+/// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left goes on with
+/// the next group.
 const STREAM_ITERATIONS: usize = 3;
 
 /// The state of a mission as far as it follows from events.
 #[derive(Clone, Debug)]
 pub struct Fold {
-    pub(crate) settings: Arc<Settings>,
+    settings: Arc<Settings>,
     limits: Limits,
-    pub(crate) builder: GraphBuilder,
-    pub(crate) link_model: LinkModel,
-    pub(crate) smoother: Smoother,
-    pub(crate) converged: bool,
-    pub(crate) coverage: CoverageTracker,
-    pub(crate) progress: Progress,
+    builder: GraphBuilder,
+    link_model: LinkModel,
+    smoother: Smoother,
+    converged: bool,
+    coverage: CoverageTracker,
+    progress: Progress,
     group: Group,
     /// What leads back to before the group, once it has been solved for.
     rollback: Option<Rollback>,
     /// What the fold will be after a group that cannot be solved for as a whole.
     repaired: Option<Box<Fold>>,
     late: Vec<Refusal>,
-    pub(crate) robot: Option<RobotNow>,
-    pub(crate) view: Option<Arc<View>>,
+    robot: Option<RobotEstimate>,
+    view: Option<Arc<View>>,
     /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
-    pub(crate) known: SharedVec<KeyframeInfo>,
+    keyframe_infos: SharedVec<KeyframeInfo>,
     /// What its views derive and leave to later ones.
-    pub(crate) cache: DerivedCache,
+    cache: DerivedCache,
 }
 
 /// What came since the last keyframe's event, that one included.
@@ -102,7 +103,7 @@ impl Fold {
             late: Vec::new(),
             robot: None,
             view: None,
-            known: SharedVec::default(),
+            keyframe_infos: SharedVec::default(),
             cache: DerivedCache::default(),
             settings: Arc::new(settings),
         }
@@ -161,7 +162,8 @@ impl Fold {
         self.roll_back();
         let Group { additions, gate, .. } = &mut self.group;
         let mut admit = Admit::Belief(&self.smoother, gate);
-        let mut late = self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions)?;
+        let mut late =
+            self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions)?;
         late.retain(|refusal| self.group.refused.insert(refusal.seq));
         self.group.changes.push((seq, change));
         (self.robot, self.view) = (None, None);
@@ -199,10 +201,8 @@ impl Fold {
                     refused.extend(late);
                     if let Err(error) = self.solve() {
                         self.builder.undo();
-                        refused.push(Refusal {
-                            seq,
-                            error: convert::error::unsolvable(&self.builder.nodes, error),
-                        });
+                        refused
+                            .push(Refusal { seq, error: translate::unsolvable(&self.builder.nodes, error) });
                     }
                 }
             }
@@ -226,7 +226,7 @@ impl Fold {
             advanced.advance()?;
             converged = true;
             if relinearization::is_due(advanced.len()) && advanced.len() > self.smoother.len() {
-                converged = relinearize(&mut advanced)?;
+                converged = relinearization::relinearize(&mut advanced)?;
             }
         }
         let mut rollback = Rollback {
@@ -248,12 +248,12 @@ impl Fold {
     }
 
     /// This, or what it will be once the group is repaired. To be called after [`Fold::look_ahead`].
-    pub(crate) fn lookahead(&self) -> &Fold {
+    fn lookahead(&self) -> &Fold {
         self.repaired.as_deref().unwrap_or(self)
     }
 
     /// Keyframes that were in the graph before the group, and stay whatever becomes of it.
-    pub(crate) fn nodes_before_group(&self) -> usize {
+    fn nodes_before_group(&self) -> usize {
         self.rollback.as_ref().map_or(&self.smoother, |rollback| &rollback.smoother).len()
     }
 
@@ -262,6 +262,7 @@ impl Fold {
         self.repaired = None;
         let Some(rollback) = self.rollback.take() else { return };
         self.coverage.roll_back(rollback.moved);
-        (self.smoother, self.converged, self.progress) = (rollback.smoother, rollback.converged, rollback.progress);
+        (self.smoother, self.converged, self.progress) =
+            (rollback.smoother, rollback.converged, rollback.progress);
     }
 }

@@ -1,18 +1,16 @@
 //! The keyframes and measurements of a mission, which of them are in the graph and which still wait to be tied to
 //! it; every change can be taken back.
 
-use crate::change::{Change, Measurement, NewKeyframe};
-use crate::convert;
-use crate::error::StateError;
-use crate::fold::Gate;
+use crate::change::{Addition, Change, Measurement, NewKeyframe};
+use crate::error::{StateError, translate};
+use crate::gate::Admit;
 use crate::limits::Limits;
 use crate::outcome::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
-use pdn_kernel::smoother::Smoother;
 use pdn_kernel::{Factor, FactorKind, Node};
 use pdn_planning::{OdometryStep, Saliency};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 mod placement;
 
@@ -44,15 +42,6 @@ pub(crate) struct KeyframeEntry {
     factors: usize,
 }
 
-/// What enters the graph, in order.
-#[derive(Clone, Debug)]
-pub(crate) enum Addition {
-    /// The next node, with its first estimate.
-    Keyframe(Pose),
-    /// A factor between nodes.
-    Factor(Box<Factor>),
-}
-
 #[derive(Clone, Debug)]
 enum Undo {
     Introduced(u64),
@@ -63,47 +52,6 @@ enum Undo {
     Counted(FactorKind),
     Went,
     Odometry(Box<Option<(Node, OdometryStep)>>),
-}
-
-/// What decides whether a measurement between keyframes of the graph can be one.
-pub(crate) enum Admit<'a> {
-    /// What is believed of each keyframe now.
-    Belief(&'a Smoother, &'a mut Gate),
-    /// What was refused when the event was new. First estimates are not wanted.
-    History(&'a BTreeSet<u64>),
-}
-
-impl Admit<'_> {
-    fn pose(&mut self, node: Node, additions: &[Addition]) -> Pose {
-        match self {
-            Admit::Belief(smoother, gate) => gate.pose(smoother, node, additions),
-            Admit::History(_) => Pose::identity(),
-        }
-    }
-
-    /// Whether an event's measurement of keyframes that are in the graph can be true.
-    fn check(
-        &mut self,
-        seq: u64,
-        measurement: &Measurement,
-        factor: &Factor,
-        additions: &[Addition],
-    ) -> Result<(), StateError> {
-        let (smoother, gate) = match self {
-            Admit::Belief(smoother, gate) => (smoother, gate),
-            Admit::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
-            Admit::History(_) => return Ok(()),
-        };
-        let describe = |error| convert::error::measurement(measurement, error);
-        let (first, second) = factor.nodes();
-        let first = gate.pose(smoother, first, additions);
-        let second = second.map(|node| gate.pose(smoother, node, additions));
-        factor.validate_geometry(&first, second.as_ref()).map_err(describe)?;
-        match gate.contradiction(smoother, factor, additions).map_err(describe)? {
-            None => Ok(()),
-            Some(distance) => Err(StateError::contradiction(measurement, distance)),
-        }
-    }
 }
 
 impl GraphBuilder {
@@ -129,7 +77,7 @@ impl GraphBuilder {
             Change::Measurement(measurement) => {
                 self.check_names(measurement, limits)?;
                 let rehearsal = self.factor(measurement, settings, [Node(0), Node(1)]);
-                rehearsal.map_err(|error| convert::error::measurement(measurement, error))?;
+                rehearsal.map_err(|error| translate::measurement(measurement, error))?;
                 self.place(seq, measurement, settings, admit, additions)?;
                 Ok(self.flush(settings, admit, additions))
             }
@@ -233,7 +181,7 @@ impl GraphBuilder {
         };
         let prior = Measurement::Prior { keyframe: keyframe.id, world_from_body: pose, covariance };
         let factor = self.factor(&prior, settings, [Node(0), Node(1)]);
-        let factor = factor.map_err(|error| convert::error::measurement(&prior, error))?;
+        let factor = factor.map_err(|error| translate::measurement(&prior, error))?;
         Ok(Some((prior, pose, factor)))
     }
 

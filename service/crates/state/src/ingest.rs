@@ -49,7 +49,10 @@ impl Ingest {
         max_buffered: usize,
         max_events: u64,
     ) -> Result<Arrival, StateError> {
-        let (seq, fingerprint) = (event.seq(), event.fingerprint()?);
+        let seq = event.seq();
+        let fingerprint = event
+            .fingerprint()
+            .map_err(|error| StateError::Internal { evidence: format!("encoding an event: {error}") })?;
         if let Some(known) = self.known(seq) {
             return if known == fingerprint {
                 Ok(Arrival::Repeat)

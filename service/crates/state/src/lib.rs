@@ -14,46 +14,48 @@
 //! ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`], [`Vehicle::offer`], [`Vehicle::command`] and
 //! [`Mission::record`] are all that changes one.
 
-pub mod error;
 pub mod limits;
 
 pub mod lifecycle;
 
 pub mod event;
-mod ingest;
-pub mod outcome;
-
-mod record_log;
 pub mod history;
-
-mod graph_builder;
-mod change;
-mod settings;
-
-mod relinearization;
-
-mod fold;
-mod survey;
-mod coverage_tracker;
-mod view;
-
-pub mod mission;
-pub mod vehicle;
-
-pub mod answer;
-
 pub mod journal;
 
-pub mod checkpoint;
-pub mod recovery;
-pub mod replay;
+mod settings;
+mod survey;
+
+mod change;
+
+pub mod error;
+pub mod outcome;
+
+mod relinearization;
+mod view;
+
+pub mod request;
 
 mod convert;
 
-pub use answer::{
-    DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob, WhatIf,
-};
-pub use error::StateError;
+mod coverage_tracker;
+mod fold;
+mod gate;
+mod graph_builder;
+
+mod ingest;
+mod record_log;
+
+pub mod answer;
+pub mod checkpoint;
+pub mod mission;
+
+pub mod recovery;
+pub mod replay;
+
+pub mod vehicle;
+
+pub use answer::{DecisionJob, DecisionOutcome, EvaluateJob, GraphJob, WaypointsJob};
+pub use error::{Absence, StateError};
 pub use event::{Event, Undecodable};
 pub use history::{Entry, Record, SOFTWARE};
 pub use journal::{Journal, JournalError};
@@ -61,4 +63,5 @@ pub use lifecycle::Operation;
 pub use limits::Limits;
 pub use mission::Mission;
 pub use outcome::{OfferOutcome, Refusal};
-pub use vehicle::{Absence, PreparedMission, Unwritten, Vehicle};
+pub use request::{DecisionRequest, WhatIf};
+pub use vehicle::{PreparedMission, Unwritten, Vehicle};

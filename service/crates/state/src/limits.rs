@@ -3,6 +3,9 @@
 use pdn_schemas::limits;
 use pdn_schemas::record::Bounds;
 
+/// How far the norm of a quaternion or direction may be from 1; within it the value is normalised.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-6;
+
 /// Bounds of one vehicle and of each of its missions. Each is named in the configuration of the daemon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {

@@ -1,17 +1,18 @@
 //! One mission: its phase, the order of its events, and the fold of what they say.
 
-use crate::answer::{DecisionJob, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob};
+use crate::answer::{DecisionJob, EvaluateJob, GraphJob, WaypointsJob};
 use crate::checkpoint::Checkpoint;
-use crate::record_log::RecordLog;
-use crate::convert::{self, reply::Source};
+use crate::convert;
 use crate::error::StateError;
 use crate::event::Event;
-use crate::fold::{Fold, FastForward};
+use crate::fold::{FastForward, Fold};
 use crate::history::event_record;
 use crate::ingest::{Arrival, Ingest};
 use crate::lifecycle;
 use crate::limits::Limits;
 use crate::outcome::{OfferOutcome, Refusal};
+use crate::record_log::RecordLog;
+use crate::request::{DecisionRequest, Source};
 use pdn_schemas::config::MissionConfig;
 use pdn_schemas::limits::MAX_MISSING_RANGES;
 use pdn_schemas::problem::Code;
@@ -306,7 +307,9 @@ impl Mission {
         MissionState {
             mission: self.id().to_string(),
             phase: self.phase,
-            robot: robot.as_ref().map(convert::reply::robot_now),
+            robot: robot
+                .as_ref()
+                .map(|robot| convert::reply::robot(robot.keyframe, &robot.pose, &robot.covariance)),
             reason: self.reason.clone(),
             since_ns: self.since_ns,
             config: self.config.clone(),

@@ -135,7 +135,9 @@ impl Recovery {
     fn finish_fast_forward(&mut self) -> Result<(), String> {
         let Some(mission) = &mut self.mission else { return Ok(()) };
         let is_behind = |checkpoint: &mut Box<Checkpoint>| checkpoint.record < mission.records();
-        self.checkpoint.take_if(is_behind).map_or(Ok(()), |checkpoint| mission.finish_fast_forward(*checkpoint))
+        self.checkpoint
+            .take_if(is_behind)
+            .map_or(Ok(()), |checkpoint| mission.finish_fast_forward(*checkpoint))
     }
 
     fn configure(&mut self, configured: Configured) -> Result<(), String> {

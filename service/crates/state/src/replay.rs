@@ -1,13 +1,13 @@
 //! The decisions of a journal once more: each recomputed from what the mission knew when it was asked, and compared
 //! bit for bit with what was recorded; and what would have been decided under other assumptions.
 
-use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;
 use crate::history::Entry;
 use crate::journal::{Journal, JournalError};
 use crate::limits::Limits;
 use crate::mission::Mission;
 use crate::recovery::Recovery;
+use crate::request::{DecisionRequest, WhatIf};
 use pdn_schemas::record::{DecisionTaken, Kind};
 use pdn_schemas::reply::{Action, Decision};
 use rayon::ThreadPool;

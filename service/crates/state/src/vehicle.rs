@@ -1,6 +1,6 @@
 //! The missions of one vehicle, owned by one task.
 
-use crate::error::StateError;
+use crate::error::{Absence, StateError};
 use crate::event::{Event, Undecodable};
 use crate::history::{Record, SOFTWARE};
 use crate::lifecycle::{self, Operation};
@@ -13,8 +13,6 @@ use pdn_schemas::record::Configured;
 use std::collections::{BTreeMap, BTreeSet};
 
 mod restore;
-
-pub use restore::Absence;
 
 /// The missions of one vehicle: the current one, which is the last that was configured, and those that ended.
 #[derive(Clone, Debug)]
@@ -154,7 +152,13 @@ impl Vehicle {
 
     /// Takes the place of an event whose body could not be decoded but whose head could: its number is consumed
     /// in its turn, and it is refused with `code` and `message`.
-    pub fn refuse_undecodable(&mut self, mission: &str, seq: u64, code: Code, message: String) -> OfferOutcome {
+    pub fn refuse_undecodable(
+        &mut self,
+        mission: &str,
+        seq: u64,
+        code: Code,
+        message: String,
+    ) -> OfferOutcome {
         self.offer(Event::Undecodable(Undecodable { mission: mission.to_string(), seq, code, message }))
     }
 

@@ -1,10 +1,10 @@
 //! A mission's configuration on its way in: every field checked, degrees become radians.
 
-use super::error::planning;
 use super::planner::{planner, sigmas};
 use super::shapes::{bounded, direction, invalid, point, pose, positive, within};
 use crate::error::StateError;
-use crate::limits::Limits;
+use crate::error::translate::planning;
+use crate::limits::{Limits, UNIT_TOLERANCE};
 use crate::settings::{Losses, Settings};
 use crate::survey::Survey;
 use nalgebra::{Matrix6, Vector3};
@@ -70,7 +70,7 @@ fn facet(index: usize, wire: &wire::Facet) -> Result<Facet, StateError> {
         length_v_m: positive(&field("length_v_m"), wire.length_v_m)?,
     };
     let cosine = facet.u.dot(&facet.v);
-    if cosine.abs() > super::shapes::UNIT_TOLERANCE {
+    if cosine.abs() > UNIT_TOLERANCE {
         let problem =
             format!("it is not orthogonal to u, their product is {cosine}; send two orthogonal edges");
         return Err(invalid(&field("v"), problem));

@@ -1,9 +1,9 @@
 //! Events on their way in: everything about them that can be judged without the mission.
 
-use super::error::kernel;
 use super::shapes::{covariance, direction, finite, point, pose, positive, rotation, share, within};
 use crate::change::{Change, Measurement, NewKeyframe};
 use crate::error::StateError;
+use crate::error::translate::kernel;
 use crate::event::Event;
 use nalgebra::{Matrix2, Matrix3};
 use pdn_kernel::gaussian;

@@ -9,5 +9,3 @@ pub mod planner;
 pub mod question;
 
 pub mod reply;
-
-pub mod error;

@@ -1,14 +1,12 @@
 //! Poses, rotations, directions and covariances.
 
-use super::error::kernel;
 use crate::error::StateError;
+use crate::error::translate::kernel;
+use crate::limits::UNIT_TOLERANCE;
 use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, Translation3, UnitQuaternion, Vector3};
 use pdn_kernel::gaussian;
 use pdn_kernel::se3::Pose;
 use pdn_schemas::shared::{Covariance6, Pose as WirePose};
-
-/// How far the norm of a quaternion or direction may be from 1; within it the value is normalised.
-pub const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// No coordinate of the world lies farther from its origin, m: beyond it a double resolves no nanometre.
 pub const MAX_COORDINATE_M: f64 = 1e7;

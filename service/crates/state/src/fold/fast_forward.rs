@@ -5,8 +5,8 @@
 //! next entry has come that is no refusal; until then it waits here.
 
 use super::{Fold, SolvedState};
-use crate::graph_builder::{Addition, Admit};
-use crate::change::Change;
+use crate::change::{Addition, Change};
+use crate::gate::Admit;
 use crate::outcome::Refusal;
 use pdn_kernel::smoother::Smoother;
 use std::collections::BTreeSet;
@@ -70,7 +70,11 @@ impl Fold {
     ///
     /// # Errors
     /// What does not fit.
-    pub(crate) fn finish_fast_forward(&mut self, mut forward: FastForward, solved: SolvedState) -> Result<Vec<Refusal>, String> {
+    pub(crate) fn finish_fast_forward(
+        &mut self,
+        mut forward: FastForward,
+        solved: SolvedState,
+    ) -> Result<Vec<Refusal>, String> {
         self.note_closed(&mut forward);
         let [(seq, change)] = <[_; 1]>::try_from(forward.current)
             .map_err(|current| format!("it stands before {} events", current.len()))?;

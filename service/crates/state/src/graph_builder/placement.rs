@@ -1,9 +1,9 @@
 //! How a measurement enters the graph, and what it brings along.
 
-use super::{Addition, GraphBuilder, Admit, Undo};
-use crate::change::Measurement;
-use crate::convert;
-use crate::error::StateError;
+use super::{GraphBuilder, Undo};
+use crate::change::{Addition, Measurement};
+use crate::error::{StateError, translate};
+use crate::gate::Admit;
 use crate::outcome::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
@@ -77,7 +77,7 @@ impl GraphBuilder {
         let next = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         let nodes = [first, second.unwrap_or(first)].map(|keyframe| self.node(keyframe).unwrap_or(next));
         let factor = self.factor(measurement, settings, nodes);
-        let factor = factor.map_err(|error| convert::error::measurement(measurement, error))?;
+        let factor = factor.map_err(|error| translate::measurement(measurement, error))?;
         let entering =
             [Some(first), second].into_iter().flatten().find(|keyframe| self.node(*keyframe).is_none());
         match entering {
@@ -130,9 +130,7 @@ impl GraphBuilder {
     ) -> Result<Factor, KernelError> {
         let (first, second) = measurement.keyframes();
         let camera = |keyframe| {
-            self.keyframes
-                .get(&keyframe)
-                .map_or(&settings.body_from_camera, |entry| &entry.body_from_camera)
+            self.keyframes.get(&keyframe).map_or(&settings.body_from_camera, |entry| &entry.body_from_camera)
         };
         let cameras = [camera(first), camera(second.unwrap_or(first))];
         measurement.factor(nodes[0], nodes[1], cameras, settings.planning.min_baseline_m, &settings.losses)

@@ -179,7 +179,7 @@ impl Mission {
                 limit: self.limits.max_reason_bytes as u64,
             });
         }
-        self.phase = lifecycle::transition(self.phase, operation)?;
+        self.phase = lifecycle::transition(self.phase, operation).map_err(StateError::IllegalTransition)?;
         let by_itself = || format!("{} by \"{}\"", lifecycle::name(self.phase), operation.name());
         self.reason = if reason.is_empty() { by_itself() } else { reason.to_string() };
         self.since_ns = at_ns;

@@ -1,24 +1,9 @@
 //! The missions of earlier runs, taken up from their journals.
 
 use super::Vehicle;
-use crate::error::StateError;
-use crate::journal::JournalError;
+use crate::error::{Absence, StateError};
 use crate::lifecycle::{self, Operation};
 use crate::mission::Mission;
-
-/// Why a mission that has a journal is not served.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Absence {
-    /// Its journal is still to be read.
-    Reading,
-    /// Its journal cannot be read.
-    Unreadable {
-        /// The file.
-        file: String,
-        /// Why.
-        error: JournalError,
-    },
-}
 
 impl Vehicle {
     /// Notes a mission of an earlier run and why it is not served; the one with the greatest ordinal is the

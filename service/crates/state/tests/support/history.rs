@@ -34,8 +34,11 @@ pub fn unwritten(vehicle: &mut Vehicle) -> Vec<Record> {
 /// records. It is not ended.
 pub fn journaled(ask_every: usize, group: usize) -> JournaledMission {
     let (mut vehicle, first) = begun();
-    let mut journaled =
-        JournaledMission { groups: vec![first], decisions: Vec::new(), vehicle: Vehicle::new(Limits::default()) };
+    let mut journaled = JournaledMission {
+        groups: vec![first],
+        decisions: Vec::new(),
+        vehicle: Vehicle::new(Limits::default()),
+    };
     command(&mut journaled, &mut vehicle, Operation::Start);
     let pool = pool(1);
     let mut open = Vec::new();
