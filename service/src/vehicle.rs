@@ -5,11 +5,10 @@
 //! with others by the system's scheduler, and no vehicle waits for another's. What takes long and changes
 //! nothing is computed on the pool (`planner`), and the network has a thread of its own (`pdn_transport::outgoing`).
 //!
-//! Reading order: here the loop; `events` (what vehicles publish, and `ahead` what of it waits for a missing event), `commands`, `questions` (from the question to
+//! Reading order: here the loop; `events` (what vehicles publish), `commands`, `questions` (from the question to
 //! the job), `replies` (from the outcome to the reply), `waiting` (for an event), `acknowledge` (when `out/ack`
 //! is due).
 
-mod ahead;
 mod events;
 
 mod commands;
@@ -24,11 +23,10 @@ pub use commands::configure;
 use crate::keeper::Keeper;
 use crate::planner::{Computed, Job, Planner};
 use crate::returning::Returned;
-use crate::settings::{Settings, count};
+use crate::settings::Settings;
 use crate::stop::Stop;
 use crate::telemetry::Sparing;
 use acknowledge::Acknowledgements;
-use ahead::Ahead;
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::limits::STATE_EVERY_MS;
 use pdn_schemas::problem::{Code, Problem};
@@ -61,7 +59,6 @@ pub struct Owner {
     finish: mpsc::UnboundedSender<(Asked, Computed)>,
     finished: mpsc::UnboundedReceiver<(Asked, Computed)>,
 
-    ahead: Ahead,
     acknowledgements: Acknowledgements,
     state_changed: bool,
     state_due: Instant,
@@ -94,7 +91,6 @@ impl Owner {
             running: 0,
             finish,
             finished,
-            ahead: Ahead::new(count(settings.ahead_bytes)),
             acknowledgements: Acknowledgements::default(),
             state_changed: true,
             state_due: Instant::now(),

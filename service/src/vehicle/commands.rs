@@ -8,7 +8,6 @@ use pdn_schemas::{Command, MissionConfig};
 use pdn_state::{Operation, Vehicle};
 use pdn_transport::answer::Answer;
 use pdn_transport::message::Question;
-use std::collections::BTreeSet;
 
 /// Applies `op/configure`; nothing has changed if it is refused, unless it could not be written any more.
 pub fn configure(vehicle: &mut Vehicle, keeper: &mut Keeper, question: &Question) -> Result<(), Problem> {
@@ -29,11 +28,7 @@ pub fn configure(vehicle: &mut Vehicle, keeper: &mut Keeper, question: &Question
 impl Owner {
     pub(super) fn command(&mut self, question: Question) {
         let done = match question.topic {
-            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.keeper, &question).map(|()| {
-                let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
-                self.ahead.keep(|mission| kept.contains(mission));
-                None
-            }),
+            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.keeper, &question).map(|()| None),
             _ => self.operate(&question),
         };
         match done {

@@ -22,7 +22,7 @@ fuzz_target!(|input: &[u8]| {
         rest = after;
         let kind = [Kind::Keyframe, Kind::Factor, Kind::Link, Kind::Unread][usize::from(kind % 4)];
         let Ok(Entry::Event(event)) = Entry::read(&Record { kind, payload: payload.to_vec() }) else { continue };
-        let outcome = vehicle.offer(event);
+        let outcome = vehicle.offer(event, length);
         if outcome.mission == "m" {
             assert!(outcome.next_seq >= next_seq);
             next_seq = outcome.next_seq;

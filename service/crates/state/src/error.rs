@@ -90,6 +90,15 @@ pub enum StateError {
         /// Events that wait, which is the limit.
         buffered: usize,
     },
+    /// The events that wait for a missing one take up too many bytes.
+    #[error(
+        "the events that wait for a missing one take up ahead_bytes; send the missing ones (rpc/ingest tells), then \
+         event {seq} again"
+    )]
+    BufferBytes {
+        /// The event refused; its number is not consumed.
+        seq: u64,
+    },
     /// A named limit of the configuration.
     #[error("{what}: the bound {bound} = {limit} is reached; {advice}")]
     Limit {
@@ -282,6 +291,7 @@ impl StateError {
             StateError::TooLong { .. } => Code::TooLarge,
             StateError::MissionEnded { .. } => Code::MissionEnded,
             StateError::NotReady => Code::NotReady,
+            StateError::BufferBytes { .. } => Code::Overloaded,
             StateError::BufferFull { .. } | StateError::Limit { .. } => Code::Limit,
             StateError::Undecodable { code, .. } => *code,
             StateError::Invalid { .. } => Code::Invalid,

@@ -4,10 +4,10 @@ use crate::answer::{DecisionJob, EvaluateJob, GraphJob, WaypointsJob};
 use crate::checkpoint::Checkpoint;
 use crate::convert;
 use crate::error::StateError;
-use crate::event::Event;
+use crate::event::{EncodedEvent, Event};
 use crate::fold::{FastForward, Fold};
-use crate::history::event_record;
-use crate::ingest::{Arrival, Ingest};
+use crate::history::Record;
+use crate::ingest::{Arrival, Ingest, Room};
 use crate::lifecycle;
 use crate::limits::Limits;
 use crate::outcome::{OfferOutcome, Refusal};
@@ -128,20 +128,23 @@ impl Mission {
         };
     }
 
-    pub(crate) fn offer(&mut self, event: Event) -> OfferOutcome {
+    /// Bytes, as sent, of the events that wait for a missing one.
+    pub(crate) fn buffered_bytes(&self) -> usize {
+        self.ingest.buffered_bytes()
+    }
+
+    /// Takes an event of so many bytes as sent, of which `buffered_bytes` are left for all that wait.
+    pub(crate) fn offer(&mut self, event: Event, sent_bytes: usize, buffered_bytes: usize) -> OfferOutcome {
         let seq = event.seq();
-        let mut outcome = OfferOutcome {
-            mission: self.id().to_string(),
-            applied: 0,
-            repeat: false,
-            refused: Vec::new(),
-            next_seq: self.next_seq(),
-        };
-        if lifecycle::has_ended(self.phase) && !self.ingest.is_repeat(&event) {
+        let encoded = encode(event);
+        let is_repeat = || encoded.as_ref().is_ok_and(|event| self.ingest.is_repeat(event));
+        if lifecycle::has_ended(self.phase) && !is_repeat() {
             let error = StateError::MissionEnded { mission: self.id().to_string(), phase: self.phase };
             return OfferOutcome::refused(self.id(), seq, self.next_seq(), error);
         }
-        match self.ingest.take(event, self.limits.max_buffered_events, self.limits.max_events) {
+        let mut outcome = OfferOutcome::of(self.id(), self.next_seq());
+        let room = Room { buffered_bytes, ..self.room() };
+        match encoded.and_then(|event| self.ingest.take(event, sent_bytes, room)) {
             Ok(Arrival::Due(due)) => due.into_iter().for_each(|event| self.apply(event, &mut outcome)),
             Ok(Arrival::Buffered) => {}
             Ok(Arrival::Repeat) => outcome.repeat = true,
@@ -155,6 +158,14 @@ impl Mission {
         outcome
     }
 
+    fn room(&self) -> Room {
+        Room {
+            events: self.limits.max_events,
+            buffered: self.limits.max_buffered_events,
+            buffered_bytes: self.limits.max_buffered_bytes,
+        }
+    }
+
     /// What is to be kept so that the history need not be solved for again up to the last group; none if there is no
     /// such moment. Cost: a copy of the state.
     pub fn checkpoint(&self) -> Option<Checkpoint> {
@@ -163,12 +174,11 @@ impl Mission {
         Some(Checkpoint { record, rejected, solved })
     }
 
-    fn apply(&mut self, event: Event, outcome: &mut OfferOutcome) {
+    fn apply(&mut self, event: EncodedEvent, outcome: &mut OfferOutcome) {
+        let EncodedEvent { event, bytes, .. } = event;
         let (seq, record) = (event.seq(), self.records());
-        let refused = match self.log.push(|| event_record(&event)) {
-            Ok(()) => self.consume(event, record),
-            Err(error) => vec![Refusal { seq, error }],
-        };
+        self.log.push_record(Record { kind: event.kind(), payload: bytes });
+        let refused = self.consume(event, record);
         self.note_refused(&refused);
         outcome.applied += u64::from(refused.iter().all(|refusal| refusal.seq != seq));
         outcome.refused.extend(refused);
@@ -342,4 +352,9 @@ impl Mission {
             view: self.fold.view(),
         }
     }
+}
+
+fn encode(event: Event) -> Result<EncodedEvent, StateError> {
+    let describe = |error| StateError::Internal { evidence: format!("encoding an event: {error}") };
+    EncodedEvent::new(event).map_err(describe)
 }

@@ -35,8 +35,15 @@ impl Refusal {
 }
 
 impl OfferOutcome {
+    /// Nothing has become of it yet.
+    pub(crate) fn of(mission: &str, next_seq: u64) -> OfferOutcome {
+        let mission = mission.to_string();
+        OfferOutcome { mission, applied: 0, repeat: false, refused: Vec::new(), next_seq }
+    }
+
+    /// It was refused.
     pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> OfferOutcome {
         let refused = vec![Refusal { seq, error }];
-        OfferOutcome { mission: mission.to_string(), applied: 0, repeat: false, refused, next_seq }
+        OfferOutcome { refused, ..OfferOutcome::of(mission, next_seq) }
     }
 }

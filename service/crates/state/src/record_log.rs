@@ -56,7 +56,7 @@ impl RecordLog {
         self.push(|| entry.record())
     }
 
-    /// Adds an entry that is made only if somebody writes.
+    /// Adds an entry that is encoded only if somebody writes.
     ///
     /// # Errors
     /// As [`RecordLog::add`].
@@ -64,13 +64,22 @@ impl RecordLog {
         &mut self,
         record: impl FnOnce() -> Result<Record, CodecError>,
     ) -> Result<(), StateError> {
-        if let Some(unwritten) = &mut self.unwritten {
+        if self.is_kept() {
             let describe =
                 |error| StateError::Internal { evidence: format!("a record cannot be written: {error}") };
-            unwritten.push(record().map_err(describe)?);
+            self.push_record(record().map_err(describe)?);
+        } else {
+            self.records += 1;
+        }
+        Ok(())
+    }
+
+    /// Adds a record.
+    pub(crate) fn push_record(&mut self, record: Record) {
+        if let Some(unwritten) = &mut self.unwritten {
+            unwritten.push(record);
         }
         self.records += 1;
-        Ok(())
     }
 
     /// Notes an event that was turned away, as long as there is room for such notes.

@@ -1,14 +1,13 @@
 //! The missions of one vehicle, owned by one task.
 
 use crate::error::{Absence, StateError};
-use crate::event::{Event, Undecodable};
+use crate::event::Event;
 use crate::history::{Record, SOFTWARE};
 use crate::lifecycle::{self, Operation};
 use crate::limits::Limits;
 use crate::mission::Mission;
 use crate::outcome::OfferOutcome;
 use pdn_schemas::config::MissionConfig;
-use pdn_schemas::problem::Code;
 use pdn_schemas::record::Configured;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -140,26 +139,15 @@ impl Vehicle {
         self.mission(None)
     }
 
-    /// Takes an event of any of the vehicle's missions: applies it and those that waited for it, lets it wait,
-    /// ignores it as a repeat or refuses it. See [`OfferOutcome`].
-    pub fn offer(&mut self, event: Event) -> OfferOutcome {
-        let (id, seq) = (event.mission().to_string(), event.seq());
-        match self.mission(Some(&id)) {
-            Ok(mission) => mission.offer(event),
-            Err(error) => OfferOutcome::refused(&id, seq, 0, error),
+    /// Takes an event of any of the vehicle's missions, of so many bytes as sent: applies it and those that waited for
+    /// it, lets it wait, ignores it as a repeat or refuses it. See [`OfferOutcome`].
+    pub fn offer(&mut self, event: Event, sent_bytes: usize) -> OfferOutcome {
+        let buffered_bytes: usize = self.missions.values().map(Mission::buffered_bytes).sum();
+        let left_bytes = self.limits.max_buffered_bytes.saturating_sub(buffered_bytes);
+        match self.mission(Some(event.mission())) {
+            Ok(mission) => mission.offer(event, sent_bytes, mission.buffered_bytes() + left_bytes),
+            Err(error) => OfferOutcome::refused(event.mission(), event.seq(), 0, error),
         }
-    }
-
-    /// Takes the place of an event whose body could not be decoded but whose head could: its number is consumed
-    /// in its turn, and it is refused with `code` and `message`.
-    pub fn refuse_undecodable(
-        &mut self,
-        mission: &str,
-        seq: u64,
-        code: Code,
-        message: String,
-    ) -> OfferOutcome {
-        self.offer(Event::Undecodable(Undecodable { mission: mission.to_string(), seq, code, message }))
     }
 
     /// Changes the phase of the mission of that id, or of the current one. An empty `reason` is filled in.
@@ -189,12 +177,15 @@ impl Vehicle {
     /// [`StateError::NoMission`], [`StateError::UnknownMission`] with the ids that are kept,
     /// [`StateError::Absent`] for one whose journal is not read yet or cannot be read.
     pub fn mission(&mut self, id: Option<&str>) -> Result<&mut Mission, StateError> {
-        let id = id.or(self.current.as_deref()).map(str::to_string).ok_or(StateError::NoMission)?;
-        if let Some(why) = self.absent.get(&id) {
-            return Err(StateError::Absent { mission: id, why: why.clone() });
+        let id = id.or(self.current.as_deref()).ok_or(StateError::NoMission)?;
+        if let Some(why) = self.absent.get(id) {
+            return Err(StateError::Absent { mission: id.to_string(), why: why.clone() });
         }
-        let kept: Vec<String> = self.missions.keys().cloned().collect();
-        self.missions.get_mut(&id).ok_or(StateError::UnknownMission { mission: id, kept })
+        if !self.missions.contains_key(id) {
+            let kept = self.missions.keys().cloned().collect();
+            return Err(StateError::UnknownMission { mission: id.to_string(), kept });
+        }
+        self.missions.get_mut(id).ok_or(StateError::NoMission)
     }
 
     /// Ids of the missions that are kept, in their order.

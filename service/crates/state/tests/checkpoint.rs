@@ -11,7 +11,7 @@ use pdn_state::{Absence, Journal, Limits, Operation, Record, Vehicle};
 use std::time::{Duration, Instant};
 use support::history::{begun, journaled, running_bits, unwritten};
 use support::storage::Disk;
-use support::{Script, diagonal, level, mission, noise, place};
+use support::{SENT_BYTES, Script, diagonal, level, mission, noise, place};
 
 fn journal(records: &[Record]) -> Journal {
     Journal::create(Disk::steady(Vec::new()), Header::new(7, "v", "m"), records).expect("room")
@@ -60,7 +60,9 @@ fn lived(script: &Script) -> (Vec<Record>, Vec<(usize, Checkpoint)>, Vec<Code>) 
     records.extend(unwritten(&mut vehicle));
     let (mut checkpoints, mut refused) = (Vec::new(), Vec::new());
     for (index, event) in script.events.iter().enumerate() {
-        refused.extend(vehicle.offer(event.clone()).refused.iter().map(|refusal| refusal.error.code()));
+        refused.extend(
+            vehicle.offer(event.clone(), SENT_BYTES).refused.iter().map(|refusal| refusal.error.code()),
+        );
         records.extend(unwritten(&mut vehicle));
         if index % 5 == 4 {
             drop(mission(&mut vehicle).state()); // looks ahead
@@ -203,7 +205,8 @@ fn a_long_mission_restarts_in_two_seconds() {
     let old = script.events.len() / 256;
     let (before, after) = script.events.split_at(script.events.len() - old);
     for events in before.chunks(512) {
-        let refused: Vec<_> = events.iter().flat_map(|event| vehicle.offer(event.clone()).refused).collect();
+        let refused: Vec<_> =
+            events.iter().flat_map(|event| vehicle.offer(event.clone(), SENT_BYTES).refused).collect();
         assert_eq!(refused, []);
         journal.append(&unwritten(&mut vehicle)).expect("room");
     }
@@ -212,7 +215,7 @@ fn a_long_mission_restarts_in_two_seconds() {
     let checkpoint = mission(&mut vehicle).checkpoint().expect("a group is open");
     let bytes = checkpoint.to_bytes(&journal).expect("it is in the journal");
     let kept = start.elapsed();
-    after.iter().for_each(|event| assert_eq!(vehicle.offer(event.clone()).refused, []));
+    after.iter().for_each(|event| assert_eq!(vehicle.offer(event.clone(), SENT_BYTES).refused, []));
     journal.append(&unwritten(&mut vehicle)).expect("room");
     let last = mission(&mut vehicle).checkpoint().expect("a group is open");
     drop(journal);

@@ -8,7 +8,7 @@ use pdn_schemas::problem::Code;
 use pdn_schemas::shared::Pose;
 use pdn_state::{Limits, OfferOutcome, Operation, Vehicle};
 use support::{
-    LINES, PER_LINE, Script, bits, config, diagonal, level, mission, place, pool, running, script,
+    LINES, PER_LINE, SENT_BYTES, Script, bits, config, diagonal, level, mission, place, pool, running, script,
 };
 
 const LAST: u64 = LINES * PER_LINE - 1;
@@ -74,7 +74,7 @@ fn with_last(factor: FactorKind, is_committed: bool) -> (Vehicle, Vec<(u64, Code
         mission(&mut vehicle).state();
     }
     script.factor(factor);
-    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone(), SENT_BYTES);
     let refused = refusals(&outcome);
     (vehicle, refused)
 }
@@ -162,7 +162,7 @@ fn the_distance_is_that_of_all_noise_together() {
         }
         script.offer_all(&mut vehicle);
         script.factor(FactorKind::Depth { keyframe: steps, depth_m: off_m, variance_m2: depth_m * depth_m });
-        let refused = refusals(&vehicle.offer(script.events[script.events.len() - 1].clone()));
+        let refused = refusals(&vehicle.offer(script.events[script.events.len() - 1].clone(), SENT_BYTES));
         let turns_m2 = (steps as f64 * prior_deg.to_radians()).powi(2)
             + levers_m.map(|lever| (lever * step_rad).powi(2)).iter().sum::<f64>();
         let variance_m2 = prior_m * prior_m + steps as f64 * step_m * step_m + depth_m * depth_m + turns_m2;
@@ -181,7 +181,7 @@ fn one_that_waited_is_blamed_itself_when_its_keyframe_enters() {
     script.offer_all(&mut vehicle);
     let before = mission(&mut vehicle).state().factors;
     script.odometry(LAST, LAST + 1);
-    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone(), SENT_BYTES);
     let refused: Vec<(u64, Code)> =
         refusals(&outcome).into_iter().map(|(seq, code, _)| (seq, code)).collect();
     assert_eq!(refused, [(absurd, Code::Contradiction)]);
@@ -270,7 +270,7 @@ fn a_graph_that_much_contradicts_is_told_and_a_prior_is_the_way_out() {
         let from = script.events.len();
         step(&mut script, id, 0.0);
         script.depth(id);
-        script.events[from..].iter().for_each(|event| drop(vehicle.offer(event.clone())));
+        script.events[from..].iter().for_each(|event| drop(vehicle.offer(event.clone(), SENT_BYTES)));
     }
     let told = mission(&mut vehicle).state().health.findings.join(" ");
     assert!(told.contains("16 of the last 256 events contradict the graph"), "{told}");
@@ -281,7 +281,7 @@ fn a_graph_that_much_contradicts_is_told_and_a_prior_is_the_way_out() {
     script.factor(FactorKind::Prior { keyframe: id, pose: level(truth(id)), covariance: diagonal(CLOSE) });
     script.depth(id);
     for event in &script.events[from..] {
-        assert_eq!(vehicle.offer(event.clone()).refused, []);
+        assert_eq!(vehicle.offer(event.clone(), SENT_BYTES).refused, []);
     }
     let robot = mission(&mut vehicle).state().robot.expect("tied");
     assert!((robot.pose.translation[2] - 8.5).abs() < 0.1, "{:?}", robot.pose);

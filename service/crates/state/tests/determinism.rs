@@ -5,7 +5,7 @@ mod support;
 use pdn_schemas::codec::{self, Format};
 use pdn_state::{DecisionJob, DecisionRequest, Event, Vehicle};
 use proptest::prelude::*;
-use support::{bits, mission, pool, running, script};
+use support::{SENT_BYTES, bits, mission, pool, running, script};
 
 fn reference() -> Vec<u8> {
     let mut vehicle = running();
@@ -28,7 +28,7 @@ fn delivered(delays: &[u64], repeats: &[bool]) -> Vec<Event> {
 }
 
 fn offer(vehicle: &mut Vehicle, event: Event) {
-    assert_eq!(vehicle.offer(event).refused, vec![]);
+    assert_eq!(vehicle.offer(event, SENT_BYTES).refused, vec![]);
 }
 
 proptest! {

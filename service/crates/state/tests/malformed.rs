@@ -4,9 +4,9 @@
 
 mod support;
 
-use pdn_state::{Entry, Event, Limits, Operation, Record, Vehicle};
+use pdn_state::{Entry, Event, Limits, Operation, Record, Undecodable, Vehicle};
 use support::history::journaled;
-use support::{Script, config};
+use support::{SENT_BYTES, Script, config};
 
 struct Chance(u64);
 
@@ -68,7 +68,7 @@ fn a_mission_stays_sane_whatever_events_come() {
                 let record = if chance.below(4) == 0 { spoilt(record, &mut chance) } else { record.clone() };
                 let Ok(Entry::Event(event)) = Entry::read(&record) else { continue };
                 let in_turn = event.mission() == "m" && event.seq() == next_seq;
-                let outcome = vehicle.offer(event);
+                let outcome = vehicle.offer(event, SENT_BYTES);
                 assert!(
                     !in_turn || outcome.next_seq > next_seq,
                     "{next_seq}: applied or refused, it is consumed"
@@ -84,8 +84,9 @@ fn a_mission_stays_sane_whatever_events_come() {
             let seq = next_seq;
             if chance.below(3) > 0 && seq <= record_seq(record) {
                 let code = pdn_schemas::problem::Code::Invalid;
-                next_seq =
-                    vehicle.refuse_undecodable("m", seq, code, "torn".to_owned()).next_seq.max(next_seq);
+                let (mission, message) = ("m".to_owned(), "torn".to_owned());
+                let torn = Event::Undecodable(Undecodable { mission, seq, code, message });
+                next_seq = vehicle.offer(torn, SENT_BYTES).next_seq.max(next_seq);
             }
         }
         let mission = vehicle.mission(Some("m")).expect("it is there");

@@ -11,7 +11,7 @@ use pdn_state::replay::{Verdict, place, replay};
 use pdn_state::{Absence, Entry, Journal, JournalError, Limits, Operation, Record, Vehicle, WhatIf};
 use support::history::{begun, journaled, running_bits, unwritten};
 use support::storage::Disk;
-use support::{bits, config, mission, pool, script};
+use support::{SENT_BYTES, bits, config, mission, pool, script};
 
 fn journal(groups: &[Vec<Record>]) -> (Journal, Disk) {
     let disk = Disk::steady(Vec::new());
@@ -58,12 +58,12 @@ fn it_goes_on_as_if_nothing_had_been_wherever_it_stops() {
     for stop in (0..events.len()).step_by(9) {
         let (mut vehicle, mut records) = begun();
         vehicle.command(None, Operation::Start, "", 2).expect("configured");
-        events[..stop].iter().for_each(|event| drop(vehicle.offer(event.clone())));
+        events[..stop].iter().for_each(|event| drop(vehicle.offer(event.clone(), SENT_BYTES)));
         records.extend(unwritten(&mut vehicle));
         let (journal, _) = journal(&[records]);
         let mut vehicle = restarted(&journal);
         for event in &events[stop.saturating_sub(5)..] {
-            let outcome = vehicle.offer(event.clone());
+            let outcome = vehicle.offer(event.clone(), SENT_BYTES);
             assert_eq!((outcome.repeat, outcome.refused), (event.seq() < stop as u64, vec![]));
         }
         assert!(running_bits(&mut vehicle) == expected, "stopped before event {stop}");
@@ -232,7 +232,7 @@ fn a_history_that_cannot_have_been_is_damage_at_its_record() {
 fn a_mission_keeps_the_bounds_that_it_was_configured_in() {
     let (mut vehicle, mut records) = begun();
     for event in script("m").events {
-        vehicle.offer(event);
+        vehicle.offer(event, SENT_BYTES);
     }
     records.extend(unwritten(&mut vehicle));
     let (journal, _) = journal(&[records]);

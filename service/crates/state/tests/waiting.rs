@@ -5,7 +5,9 @@ mod support;
 use pdn_schemas::event::FactorKind;
 use pdn_schemas::problem::Code;
 use pdn_state::{DecisionRequest, Limits, OfferOutcome, Operation, Vehicle};
-use support::{Script, bits, config, diagonal, level, mission, odometry_covariance, place, pool, running};
+use support::{
+    SENT_BYTES, Script, bits, config, diagonal, level, mission, odometry_covariance, place, pool, running,
+};
 
 fn step(script: &mut Script, from: u64, to: u64) {
     let relative = [0, 1, 2].map(|axis| place(to)[axis] - place(from)[axis]);
@@ -19,7 +21,7 @@ fn step(script: &mut Script, from: u64, to: u64) {
 
 fn offer(vehicle: &mut Vehicle, script: &Script) -> Vec<OfferOutcome> {
     let from = mission(vehicle).next_seq() as usize;
-    script.events[from..].iter().map(|event| vehicle.offer(event.clone())).collect()
+    script.events[from..].iter().map(|event| vehicle.offer(event.clone(), SENT_BYTES)).collect()
 }
 
 fn refusals(outcome: &[OfferOutcome]) -> Vec<(u64, Code)> {
@@ -139,7 +141,7 @@ fn an_event_that_makes_the_graph_singular_is_undone_and_refused_alone() {
         script.keyframe(4, None); // ends the last group
         let mut outcome = Vec::new();
         for event in &script.events {
-            outcome.push(vehicle.offer(event.clone()));
+            outcome.push(vehicle.offer(event.clone(), SENT_BYTES));
             if ask {
                 mission(&mut vehicle).state();
             }

@@ -1,12 +1,12 @@
 //! What changes a mission, as it happens and noted in its history, or replayed from there.
 
-use super::{GroupStart, Mission};
+use super::{GroupStart, Mission, encode};
 use crate::answer::DecisionOutcome;
 use crate::checkpoint::Checkpoint;
 use crate::error::StateError;
 use crate::event::Event;
 use crate::history::{Entry, Record, SOFTWARE};
-use crate::ingest::Arrival;
+use crate::ingest::{Arrival, Room};
 use crate::lifecycle::{self, Operation};
 use crate::outcome::Refusal;
 use pdn_schemas::problem::{Code, Problem};
@@ -89,7 +89,11 @@ impl Mission {
         }
     }
 
+    /// Notes an event that was refused without consuming its number; not for want of room, which will come again.
     pub(super) fn note_turned_away(&mut self, refusal: &Refusal) {
+        if refusal.error.code() == Code::Overloaded {
+            return;
+        }
         let _ = self.log.turn_away(&Entry::TurnedAway(refusal.problem()));
     }
 
@@ -160,10 +164,11 @@ impl Mission {
             return Err(impossible("an event after its end"));
         }
         let (seq, next_seq) = (event.seq(), self.next_seq());
-        match self.ingest.take(event, 0, self.limits.max_events)? {
+        let room = Room { buffered: 0, ..self.room() };
+        match self.ingest.take(encode(event)?, 0, room)? {
             Arrival::Due(mut due) if due.len() == 1 => {
                 let record = self.records();
-                let refused = due.pop().map(|event| self.consume(event, record)).unwrap_or_default();
+                let refused = due.pop().map(|event| self.consume(event.event, record)).unwrap_or_default();
                 Ok(refused.iter().map(Refusal::problem).collect())
             }
             _ => Err(impossible(&format!("event {seq} where {next_seq} is the next"))),

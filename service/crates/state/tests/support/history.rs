@@ -1,6 +1,6 @@
 //! A mission that is kept in a journal: its records in the groups in which a daemon would write them.
 
-use super::{bits, config, mission, pool, script};
+use super::{SENT_BYTES, bits, config, mission, pool, script};
 use pdn_schemas::reply::{Decision, Timing};
 use pdn_state::{DecisionRequest, Event, Limits, Operation, Record, Vehicle};
 
@@ -43,9 +43,9 @@ pub fn journaled(ask_every: usize, group: usize) -> JournaledMission {
     let pool = pool(1);
     let mut open = Vec::new();
     for (index, event) in script("m").events.into_iter().enumerate() {
-        vehicle.offer(event.clone());
+        vehicle.offer(event.clone(), SENT_BYTES);
         if index % 40 == 7 {
-            vehicle.offer(spoilt(&event)); // turned away: the same number with other content
+            vehicle.offer(spoilt(&event), SENT_BYTES); // turned away: the same number with other content
         }
         open.extend(unwritten(&mut vehicle));
         if open.len() >= group {

@@ -11,6 +11,9 @@ use pdn_schemas::event::{Appearance, Factor, FactorKind, Keyframe, LinkOutcome};
 use pdn_schemas::shared::{Covariance6, Pose};
 use pdn_state::{DecisionRequest, Event, Limits, Mission, Operation, Vehicle};
 
+/// Bytes as sent of an event; only the bound of what waits looks at them.
+pub const SENT_BYTES: usize = 100;
+
 pub const LINES: u64 = 3;
 pub const PER_LINE: u64 = 8;
 
@@ -151,7 +154,7 @@ impl Script {
 
     pub fn offer_all(&self, vehicle: &mut Vehicle) {
         for event in &self.events {
-            let outcome = vehicle.offer(event.clone());
+            let outcome = vehicle.offer(event.clone(), SENT_BYTES);
             assert_eq!(outcome.refused, vec![], "event {}", event.seq());
         }
     }
