@@ -28,8 +28,8 @@ impl Owner {
 
     fn reject_unwritten(&mut self, seq: u64) {
         let message = format!(
-            "too many events wait for a journal that cannot be written (rpc/mission tells why); send event {seq} again \
-             once there is room"
+            "too many events wait for a journal that cannot be written (rpc/mission tells why); send event \
+             {seq} again once there is room"
         );
         self.reject(Problem::new(Code::Overloaded, message, Some(seq)));
     }
@@ -37,14 +37,16 @@ impl Owner {
     pub(super) fn reject(&mut self, problem: Problem) {
         if let Some(left_out) = self.log.allow(Instant::now()) {
             tracing::warn!(
-                vehicle = %self.id, code = problem.code, seq = problem.seq, left_out, "event refused: {}", problem.message
+                vehicle = %self.id, code = problem.code, seq = problem.seq, left_out,
+                "event refused: {}", problem.message
             );
         }
         self.outgoing.publish(Topic::OutRejected, problem);
     }
 }
 
-/// What was published. An event of which only the head can be read takes its place in the order, and is refused there.
+/// What was published. An event of which only the head can be read takes its place in the order, and is
+/// refused there.
 fn read(event: &message::Event) -> Result<Event, Problem> {
     decode(event).or_else(|problem| {
         let Some(head) = event.payload.head() else { return Err(problem) };

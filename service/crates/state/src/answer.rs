@@ -1,5 +1,5 @@
-//! Questions that take long: jobs that own an immutable view of the mission and run on any thread, any number at
-//! once, while events go on.
+//! Questions that take long: jobs that own an immutable view of the mission and run on any thread, any number
+//! at once, while events go on.
 //!
 //! ```text
 //! owner:  job = mission.begin_decision(request)?      pool: outcome = job.run(pool, stop)?
@@ -32,8 +32,8 @@ pub struct DecisionOutcome {
 }
 
 impl DecisionJob {
-    /// Decides. Once `stop` says so no further candidate is begun, and the choice is the best of those that were
-    /// evaluated. The result has the same bits at any number of threads, unless it was stopped.
+    /// Decides. Once `stop` says so no further candidate is begun, and the choice is the best of those that
+    /// were evaluated. The result has the same bits at any number of threads, unless it was stopped.
     ///
     /// # Errors
     /// [`StateError::Singular`] or [`StateError::Internal`] if a covariance cannot be computed.
@@ -71,8 +71,8 @@ impl EvaluateJob {
     /// Evaluates each path.
     ///
     /// # Errors
-    /// [`StateError::Stopped`] if `stop` said so before all were evaluated; [`StateError::Invalid`] and its like for a
-    /// path that is none; else as [`DecisionJob::run`].
+    /// [`StateError::Stopped`] if `stop` said so before all were evaluated; [`StateError::Invalid`] and its
+    /// like for a path that is none; else as [`DecisionJob::run`].
     pub fn run(
         &self,
         pool: &ThreadPool,

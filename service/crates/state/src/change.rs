@@ -1,4 +1,5 @@
-//! What an event says, checked and in the types of the method: what the fold is made of; and what it adds to the graph.
+//! What an event says, checked and in the types of the method: what the fold is made of; and what it adds to
+//! the graph.
 
 use crate::settings::Losses;
 use nalgebra::{Matrix3, Matrix5, Matrix6, UnitQuaternion, Vector3};

@@ -1,10 +1,11 @@
 //! What a mission has come to at one moment, so that its journal need not be solved again from the beginning.
 //!
-//! A journal is the truth, and a checkpoint only spares time: what events give at once is taken from the journal all the
-//! same, and only what was solved for is kept here (linearisation points, steps, the shape of the tree, where each photograph lies).
-//! It stands for the moment before the event that begins the last group (see `fold`), names that event's record and the
-//! CRC of the one before it, and so belongs to one journal. One that is damaged, of another journal or of another version
-//! of the software is passed over: recovery then takes longer, and comes to the same bits.
+//! A journal is the truth, and a checkpoint only spares time: what events give at once is taken from the
+//! journal all the same, and only what was solved for is kept here (linearisation points, steps, the shape of
+//! the tree, where each photograph lies). It stands for the moment before the event that begins the last
+//! group (see `fold`), names that event's record and the CRC of the one before it, and so belongs to one
+//! journal. One that is damaged, of another journal or of another version of the software is passed over:
+//! recovery then takes longer, and comes to the same bits.
 
 mod content;
 

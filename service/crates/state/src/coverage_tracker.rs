@@ -1,4 +1,5 @@
-//! The area that has been photographed, by the corrected trajectory: the raster follows the linearisation points.
+//! The area that has been photographed, by the corrected trajectory: the raster follows the linearisation
+//! points.
 
 use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
@@ -12,7 +13,8 @@ pub(crate) struct CoverageTracker {
     cameras: Vec<Option<Pose>>,
 }
 
-/// What leads back from one [`CoverageTracker::follow`]: nodes whose camera moved in the raster, and from where.
+/// What leads back from one [`CoverageTracker::follow`]: nodes whose camera moved in the raster, and from
+/// where.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MovedCameras {
     nodes_before: usize,
@@ -35,7 +37,8 @@ impl CoverageTracker {
         self.cameras.clone()
     }
 
-    /// Puts the photographs of an empty tracker where [`CoverageTracker::cameras`] had them; `keyframe` gives a node's keyframe.
+    /// Puts the photographs of an empty tracker where [`CoverageTracker::cameras`] had them; `keyframe` gives
+    /// a node's keyframe.
     pub(crate) fn restore(&mut self, cameras: Vec<Option<Pose>>, keyframe: impl Fn(usize) -> u64) {
         for (node, world_from_camera) in cameras.iter().enumerate() {
             if let Some(pose) = world_from_camera {
@@ -45,9 +48,9 @@ impl CoverageTracker {
         self.cameras = cameras;
     }
 
-    /// Moves the rasters to where the keyframes are linearised now. `moved` names those that have moved since the last
-    /// time, in any order; new ones need not be named. `camera` gives a node's keyframe and its `body_from_camera`. Cost: that
-    /// of a look at these, and the cells of those that are elsewhere.
+    /// Moves the rasters to where the keyframes are linearised now. `moved` names those that have moved since
+    /// the last time, in any order; new ones need not be named. `camera` gives a node's keyframe and its
+    /// `body_from_camera`. Cost: that of a look at these, and the cells of those that are elsewhere.
     pub(crate) fn follow(
         &mut self,
         linearizations: &[Pose],
@@ -106,8 +109,8 @@ mod tests {
         tracker.follow(poses, &all, |node| (node as u64, Pose::identity()))
     }
 
-    /// Poses that differ by less than half a cell are told apart only by where the raster was before: if a roll back left
-    /// anything, it would show in some of the places.
+    /// Poses that differ by less than half a cell are told apart only by where the raster was before: if a
+    /// roll back left anything, it would show in some of the places.
     #[test]
     fn a_roll_back_leaves_nothing() {
         for place in 0..20 {
@@ -127,7 +130,8 @@ mod tests {
         }
     }
 
-    /// Told of what moved alone, and twice, in any order, the raster is where it is when it looks at every keyframe.
+    /// Told of what moved alone, and twice, in any order, the raster is where it is when it looks at every
+    /// keyframe.
     #[test]
     fn a_look_at_what_moved_is_a_look_at_all() {
         let (mut told, mut asked) = (floor(), floor());

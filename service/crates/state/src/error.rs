@@ -7,15 +7,18 @@ use crate::lifecycle::{IllegalTransition, how_to_run, name};
 use pdn_schemas::problem::Code;
 use pdn_schemas::reply::{Phase, Problem};
 
-/// Everything that a mission can refuse. The text of each is one sentence for a person; [`StateError::code`] is
-/// what programs go by.
+/// Everything that a mission can refuse. The text of each is one sentence for a person; [`StateError::code`]
+/// is what programs go by.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StateError {
     /// A vehicle without any mission was asked something.
     #[error("this vehicle has no mission yet; send a MissionConfig to op/configure")]
     NoMission,
     /// No mission of that id is kept.
-    #[error("mission \"{mission}\" is not known; the missions kept are [{}]; configure it first", .kept.join(", "))]
+    #[error(
+        "mission \"{mission}\" is not known; the missions kept are [{}]; configure it first",
+        .kept.join(", ")
+    )]
     UnknownMission {
         /// The id asked for.
         mission: String,
@@ -64,7 +67,11 @@ pub enum StateError {
     #[error(transparent)]
     IllegalTransition(IllegalTransition),
     /// A decision needs a running mission.
-    #[error("decisions are given while the mission is running, and it is {}; {}", name(*.phase), how_to_run(*.phase))]
+    #[error(
+        "decisions are given while the mission is running, and it is {}; {}",
+        name(*.phase),
+        how_to_run(*.phase)
+    )]
     NotRunning {
         /// The phase.
         phase: Phase,
@@ -92,8 +99,8 @@ pub enum StateError {
     },
     /// The events that wait for a missing one take up too many bytes.
     #[error(
-        "the events that wait for a missing one take up ahead_bytes; send the missing ones (rpc/ingest tells), then \
-         event {seq} again"
+        "the events that wait for a missing one take up ahead_bytes; send the missing ones (rpc/ingest \
+         tells), then event {seq} again"
     )]
     BufferBytes {
         /// The event refused; its number is not consumed.
@@ -213,9 +220,9 @@ pub enum StateError {
     /// A measurement that lies too far from what the graph says of its keyframes.
     #[error(
         "{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe \
-         {keyframes}, more than {bound:.0}, and is left out; check how it was made, and whether a step before it was \
-         false (then tie the next keyframe by a prior); with {loss} of the next mission its outliers are weighed down \
-         instead"
+         {keyframes}, more than {bound:.0}, and is left out; check how it was made, and whether a step \
+         before it was false (then tie the next keyframe by a prior); with {loss} of the next mission its \
+         outliers are weighed down instead"
     )]
     Contradiction {
         /// Path of the field.
@@ -239,8 +246,8 @@ pub enum StateError {
     },
     /// With this event the system of equations could not be solved; the event is undone.
     #[error(
-        "the graph cannot be solved with this event, which is undone: {evidence}; check the covariances that it and \
-         keyframe {} carry",
+        "the graph cannot be solved with this event, which is undone: {evidence}; check the covariances that \
+         it and keyframe {} carry",
         keyframe_name(.keyframe)
     )]
     Singular {
@@ -326,8 +333,8 @@ fn absent(mission: &str, why: &Absence) -> String {
                 _ => String::new(), // the error says what to do
             };
             format!(
-                "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; {remedy}another \
-                 mission can be configured"
+                "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; \
+                 {remedy}another mission can be configured"
             )
         }
     }

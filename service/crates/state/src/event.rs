@@ -65,7 +65,8 @@ impl Event {
     /// Its bytes in either format of the contract; its canonical ones are in bincode.
     ///
     /// # Errors
-    /// [`CodecError::TooLarge`] for what no reader would take; [`CodecError::NotFinite`] for what JSON cannot say.
+    /// [`CodecError::TooLarge`] for what no reader would take; [`CodecError::NotFinite`] for what JSON cannot
+    /// say.
     pub(crate) fn encode(&self, format: Format) -> Result<Vec<u8>, CodecError> {
         match self {
             Event::Keyframe(message) => codec::encode(message, format),
@@ -113,8 +114,8 @@ impl Undecodable {
     }
 }
 
-/// An event with its canonical bytes (the contract's bincode), which are made once: the fingerprint is theirs, and the
-/// journal keeps them.
+/// An event with its canonical bytes (the contract's bincode), which are made once: the fingerprint is
+/// theirs, and the journal keeps them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct EncodedEvent {
     /// What it says.
@@ -137,11 +138,11 @@ impl EncodedEvent {
     }
 }
 
-/// 64-bit FNV-1a over the kind and the canonical bytes of an event, by which a repeat is told from a conflict. JSON and
-/// bincode of the same event agree, as do all spellings of a number.
+/// 64-bit FNV-1a over the kind and the canonical bytes of an event, by which a repeat is told from a
+/// conflict. JSON and bincode of the same event agree, as do all spellings of a number.
 ///
-/// It guards against mistakes, not against an adversary: 2^-64 of the conflicts pass as repeats, and a repeat is
-/// ignored, so nothing false ever enters the graph.
+/// It guards against mistakes, not against an adversary: 2^-64 of the conflicts pass as repeats, and a repeat
+/// is ignored, so nothing false ever enters the graph.
 fn fingerprint(kind: Kind, bytes: &[u8]) -> u64 {
     fnv1a(kind.number().to_le_bytes().iter().chain(bytes))
 }

@@ -1,12 +1,13 @@
 //! What events add up to: the pose graph, the area that is covered, the table of P_L, the survey's progress.
 //!
-//! A keyframe enters the graph once a prior, odometry or relative factor ties it to the graph in all six degrees
-//! of freedom, or as the first one with the prior of the configuration; until then it and what else names it wait.
-//! So the graph determines every pose.
+//! A keyframe enters the graph once a prior, odometry or relative factor ties it to the graph in all six
+//! degrees of freedom, or as the first one with the prior of the configuration; until then it and what else
+//! names it wait. So the graph determines every pose.
 //!
-//! Factors collect until the next keyframe's event: they are a group, and the smoother advances once a group, not
-//! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and keeps what leads
-//! back (`Rollback`), which is taken if the group goes on. So questions never change a later bit.
+//! Factors collect until the next keyframe's event: they are a group, and the smoother advances once a group,
+//! not once a factor. A question in the middle of a group looks ahead: it solves for the group so far and
+//! keeps what leads back (`Rollback`), which is taken if the group goes on. So questions never change a later
+//! bit.
 
 mod fast_forward;
 mod queries;
@@ -33,12 +34,12 @@ use queries::RobotEstimate;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m and rad: a
-/// loop closure that moves the whole graph by less costs one way to the root.
+/// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m
+/// and rad: a loop closure that moves the whole graph by less costs one way to the root.
 const STREAM_TOLERANCE: f64 = 2e-2;
 
-/// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left goes on with
-/// the next group.
+/// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left
+/// goes on with the next group.
 const STREAM_ITERATIONS: usize = 3;
 
 /// The state of a mission as far as it follows from events.
@@ -60,7 +61,8 @@ pub struct Fold {
     late: Vec<Refusal>,
     robot: Option<RobotEstimate>,
     view: Option<Arc<View>>,
-    /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
+    /// What views tell of keyframes that were in the graph before the group, as far as one has been taken
+    /// since.
     keyframe_infos: SharedVec<KeyframeInfo>,
     /// What its views derive and leave to later ones.
     cache: DerivedCache,
@@ -109,9 +111,9 @@ impl Fold {
         }
     }
 
-    /// Applies a change. Returns what is refused: this event (nothing has changed then), or earlier ones that could
-    /// only be judged now. Cost: that of solving for the last group if a keyframe begins a new one, else of looking
-    /// up what is named.
+    /// Applies a change. Returns what is refused: this event (nothing has changed then), or earlier ones that
+    /// could only be judged now. Cost: that of solving for the last group if a keyframe begins a new one,
+    /// else of looking up what is named.
     pub fn apply(&mut self, seq: u64, change: Change) -> Vec<Refusal> {
         let mut refused = Vec::new();
         let result = match change {

@@ -1,10 +1,10 @@
-//! The gate before the graph: what is believed of keyframes before a measurement of them is taken in, and whether the
-//! measurement can be true.
+//! The gate before the graph: what is believed of keyframes before a measurement of them is taken in, and
+//! whether the measurement can be true.
 //!
-//! One false measurement of a kind that has no robust loss bends the whole graph: a loop closure that is wrong by 100 m
-//! would be believed as much as its covariance asks. So each is compared with the belief first, its own noise and that
-//! of the belief together (a Mahalanobis gate). A kind that has a robust loss is not judged here: it is the loss that
-//! weighs false measurements down.
+//! One false measurement of a kind that has no robust loss bends the whole graph: a loop closure that is
+//! wrong by 100 m would be believed as much as its covariance asks. So each is compared with the belief
+//! first, its own noise and that of the belief together (a Mahalanobis gate). A kind that has a robust loss
+//! is not judged here: it is the loss that weighs false measurements down.
 
 mod mahalanobis;
 
@@ -17,9 +17,9 @@ use pdn_kernel::smoother::Smoother;
 use pdn_kernel::{Factor, KernelError, Loss, Node};
 use std::collections::BTreeSet;
 
-/// A measurement farther than this from what is believed is refused, in standard deviations (Mahalanobis). It is far
-/// beyond chance (10 would be, for any number of dimensions): what comes of standard deviations that are too small by a
-/// factor of four still passes in six dimensions.
+/// A measurement farther than this from what is believed is refused, in standard deviations (Mahalanobis). It
+/// is far beyond chance (10 would be, for any number of dimensions): what comes of standard deviations that
+/// are too small by a factor of four still passes in six dimensions.
 const CONTRADICTION: f64 = 20.0;
 
 /// What decides whether a measurement between keyframes of the graph can be one.
@@ -67,8 +67,8 @@ impl Admit<'_> {
     }
 }
 
-/// What is believed of the keyframes that have entered the graph with the present group; of all others the smoother
-/// knows.
+/// What is believed of the keyframes that have entered the graph with the present group; of all others the
+/// smoother knows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Gate {
     entered: Vec<Entered>,
@@ -102,8 +102,9 @@ impl Gate {
         }
     }
 
-    /// How far a measurement of keyframes of the graph lies from what is believed of them, if it is too far to be true.
-    /// Cost: none where its own covariance alone explains it, else the ways from its keyframes to the root.
+    /// How far a measurement of keyframes of the graph lies from what is believed of them, if it is too far
+    /// to be true. Cost: none where its own covariance alone explains it, else the ways from its keyframes to
+    /// the root.
     ///
     /// # Errors
     /// As of [`Elimination::joint`](pdn_kernel::elimination::Elimination::joint).

@@ -1,5 +1,5 @@
-//! The keyframes and measurements of a mission, which of them are in the graph and which still wait to be tied to
-//! it; every change can be taken back.
+//! The keyframes and measurements of a mission, which of them are in the graph and which still wait to be
+//! tied to it; every change can be taken back.
 
 use crate::change::{Addition, Change, Measurement, NewKeyframe};
 use crate::error::{StateError, translate};
@@ -55,8 +55,8 @@ enum Undo {
 }
 
 impl GraphBuilder {
-    /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`; measurements that
-    /// waited and are refused now that their keyframes have entered are returned.
+    /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`;
+    /// measurements that waited and are refused now that their keyframes have entered are returned.
     ///
     /// # Errors
     /// Why the change is refused; nothing has changed then.

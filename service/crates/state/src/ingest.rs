@@ -1,9 +1,9 @@
 //! The order of events: each number is applied once, in order, whatever the order of arrival.
 //!
-//! An event whose number is due is handed on at once, with those that waited for it. A later one waits in a buffer that
-//! is bounded in events and in bytes. A repeat is ignored if its content is the same, else it is a conflict. What the
-//! content of an event is worth is not judged here: a number is consumed whether or not the mission then refuses the
-//! content.
+//! An event whose number is due is handed on at once, with those that waited for it. A later one waits in a
+//! buffer that is bounded in events and in bytes. A repeat is ignored if its content is the same, else it is
+//! a conflict. What the content of an event is worth is not judged here: a number is consumed whether or not
+//! the mission then refuses the content.
 
 use crate::error::StateError;
 use crate::event::{EncodedEvent, Event};
@@ -69,9 +69,9 @@ impl Ingest {
     /// Takes an event of so many bytes as sent, at the cost of a search in the buffer.
     ///
     /// # Errors
-    /// [`StateError::SequenceConflict`] if its number came before with other content; if it would have to wait,
-    /// [`StateError::BufferBytes`] and [`StateError::BufferFull`] for want of room; [`StateError::Limit`] from
-    /// `room.events` on. None of them consumes the number.
+    /// [`StateError::SequenceConflict`] if its number came before with other content; if it would have to
+    /// wait, [`StateError::BufferBytes`] and [`StateError::BufferFull`] for want of room;
+    /// [`StateError::Limit`] from `room.events` on. None of them consumes the number.
     pub fn take(
         &mut self,
         event: EncodedEvent,

@@ -52,7 +52,8 @@ impl Operation {
         }
     }
 
-    /// Whether it can only keep the vehicle from being sent somewhere, so that it is done whatever the disk says.
+    /// Whether it can only keep the vehicle from being sent somewhere, so that it is done whatever the disk
+    /// says.
     pub fn is_careful(self) -> bool {
         !matches!(self, Operation::Start | Operation::Resume)
     }
@@ -65,7 +66,11 @@ impl Operation {
 
 /// An operation that the phase does not allow.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("\"{operation}\" is not possible while the mission is {}; possible now: {}", name(*.phase), listed(.legal))]
+#[error(
+    "\"{operation}\" is not possible while the mission is {}; possible now: {}",
+    name(*.phase),
+    listed(.legal)
+)]
 pub struct IllegalTransition {
     /// What was asked.
     pub operation: &'static str,

@@ -22,8 +22,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 mod history;
 
-/// The mission's health tells of contradictions once there are so many among so many last events: single outliers are
-/// what they are, but after a false step every true measurement is one.
+/// The mission's health tells of contradictions once there are so many among so many last events: single
+/// outliers are what they are, but after a false step every true measurement is one.
 const LATE_EVENTS: u64 = 256;
 const MANY_CONTRADICTIONS: usize = 16;
 
@@ -166,8 +166,8 @@ impl Mission {
         }
     }
 
-    /// What is to be kept so that the history need not be solved for again up to the last group; none if there is no
-    /// such moment. Cost: a copy of the state.
+    /// What is to be kept so that the history need not be solved for again up to the last group; none if
+    /// there is no such moment. Cost: a copy of the state.
     pub fn checkpoint(&self) -> Option<Checkpoint> {
         let GroupStart { seq, record, rejected } = self.group?;
         let solved = (self.fold.group_seq() == Some(seq)).then(|| self.fold.solved_state()).flatten()?;
@@ -220,8 +220,9 @@ impl Mission {
         let count = self.contradictions.range(late..).count();
         (count >= MANY_CONTRADICTIONS).then(|| {
             format!(
-                "{count} of the last {LATE_EVENTS} events contradict the graph and were left out: a step or prior before \
-                 them may be false; if so, tie the next keyframe by a prior, or complete this mission and configure another"
+                "{count} of the last {LATE_EVENTS} events contradict the graph and were left out: a step or \
+                 prior before them may be false; if so, tie the next keyframe by a prior, or complete this \
+                 mission and configure another"
             )
         })
     }
@@ -229,8 +230,8 @@ impl Mission {
     /// Prepares a decision: the mission's own, or a what-if.
     ///
     /// # Errors
-    /// [`StateError::NotRunning`] unless it is a what-if; [`StateError::NotReady`] without a keyframe in the graph;
-    /// [`StateError::OutOfRange`] and its like for an assumption that has no meaning.
+    /// [`StateError::NotRunning`] unless it is a what-if; [`StateError::NotReady`] without a keyframe in the
+    /// graph; [`StateError::OutOfRange`] and its like for an assumption that has no meaning.
     pub fn begin_decision(&mut self, request: DecisionRequest) -> Result<DecisionJob, StateError> {
         if !request.what_if.is_any() && self.phase != Phase::Running {
             return Err(StateError::NotRunning { phase: self.phase });
@@ -242,7 +243,8 @@ impl Mission {
     /// Prepares the evaluation of paths that a person drew: world points, m, from the robot's position on.
     ///
     /// # Errors
-    /// [`StateError::NotReady`], [`StateError::TooLong`], [`StateError::NotFinite`], [`StateError::OutOfRange`].
+    /// [`StateError::NotReady`], [`StateError::TooLong`], [`StateError::NotFinite`],
+    /// [`StateError::OutOfRange`].
     pub fn begin_evaluate(
         &mut self,
         paths: Vec<Vec<[f64; 3]>>,
@@ -253,7 +255,8 @@ impl Mission {
         Ok(EvaluateJob { source: self.source()?, request, paths })
     }
 
-    /// Prepares `rpc/graph`: keyframes from id `from` on, with their marginals if asked. An empty graph is an answer.
+    /// Prepares `rpc/graph`: keyframes from id `from` on, with their marginals if asked. An empty graph is an
+    /// answer.
     pub fn begin_graph(&mut self, from: Option<u64>, marginals: bool) -> GraphJob {
         GraphJob { source: self.any_source(), from: from.unwrap_or(0), marginals }
     }
@@ -277,8 +280,9 @@ impl Mission {
         convert::reply::link_model(self.id().to_string(), self.next_seq(), self.fold.link_model())
     }
 
-    /// `rpc/ingest`; `rejected` counts the events whose number was consumed but whose content was not. Without a journal
-    /// nothing survives the process: `durable_seq` is `next_seq`, which then means applied and no more.
+    /// `rpc/ingest`; `rejected` counts the events whose number was consumed but whose content was not.
+    /// Without a journal nothing survives the process: `durable_seq` is `next_seq`, which then means applied
+    /// and no more.
     pub fn ingest_status(&self) -> IngestStatus {
         IngestStatus {
             mission: self.id().to_string(),

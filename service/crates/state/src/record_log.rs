@@ -5,8 +5,8 @@ use crate::history::{Entry, Record};
 use pdn_schemas::codec::CodecError;
 use pdn_schemas::record::Kind;
 
-/// Events turned away that a journal notes; what comes beyond is told on `out/rejected` only, so that a sender who
-/// is refused for ever does not fill the disk.
+/// Events turned away that a journal notes; what comes beyond is told on `out/rejected` only, so that a
+/// sender who is refused for ever does not fill the disk.
 pub const MAX_TURNED_AWAY: u64 = 1024;
 
 /// The history of one mission, seen from the mission.

@@ -24,8 +24,9 @@ pub struct Recovered {
     pub passed_over: Option<Unusable>,
 }
 
-/// As [`recover`], from a checkpoint on if there are bytes of one and it is of this journal: the same mission, bit for
-/// bit, but nothing before the checkpoint is solved for again, and refusals before it are taken as they stand.
+/// As [`recover`], from a checkpoint on if there are bytes of one and it is of this journal: the same
+/// mission, bit for bit, but nothing before the checkpoint is solved for again, and refusals before it are
+/// taken as they stand.
 ///
 /// # Errors
 /// As [`recover`].
@@ -49,7 +50,8 @@ pub fn recover_from(
 /// Folds the whole journal.
 ///
 /// # Errors
-/// [`JournalError::Damaged`] from the first record on that is not whole or cannot be history: nothing is passed over.
+/// [`JournalError::Damaged`] from the first record on that is not whole or cannot be history: nothing is
+/// passed over.
 pub fn recover(journal: &Journal, limits: Limits) -> Result<Recovered, JournalError> {
     fold(journal, Recovery::new(limits))
 }
@@ -64,7 +66,8 @@ fn fold(journal: &Journal, mut recovery: Recovery) -> Result<Recovered, JournalE
     recovery.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))
 }
 
-/// A mission on its way from entry to entry. Refusals that follow from the entries are compared with those recorded.
+/// A mission on its way from entry to entry. Refusals that follow from the entries are compared with those
+/// recorded.
 #[derive(Clone, Debug)]
 pub struct Recovery {
     limits: Limits,
@@ -166,7 +169,8 @@ impl Recovery {
         self.expected.clear();
     }
 
-    /// A refusal as recorded against the one that came out; the last refusals of a crash may not have been recorded.
+    /// A refusal as recorded against the one that came out; the last refusals of a crash may not have been
+    /// recorded.
     fn compare(&mut self, found: &Problem) {
         let expected = self.expected.pop_front();
         let bytes = |problem: &Problem| encode(problem, Format::Bincode).unwrap_or_default();

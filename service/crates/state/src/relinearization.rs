@@ -3,13 +3,14 @@
 use pdn_kernel::KernelError;
 use pdn_kernel::smoother::Smoother;
 
-/// The graph is relinearised as a whole with each keyframe whose number is a multiple of the second number here, in
-/// graphs of up to the first number of keyframes, so that a question never has far to go. A loop closure moves all of
-/// a graph, so the larger it is the dearer that is, and the rarer.
+/// The graph is relinearised as a whole with each keyframe whose number is a multiple of the second number
+/// here, in graphs of up to the first number of keyframes, so that a question never has far to go. A loop
+/// closure moves all of a graph, so the larger it is the dearer that is, and the rarer.
 const RELINEARIZE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
 
-/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at most
-/// `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop closure.
+/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at
+/// most `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop
+/// closure.
 const TOLERANCE: f64 = 1e-7;
 const TOLERANCE_OF_LARGE: f64 = 1e-5;
 const SMALL_GRAPH: usize = 4096;
@@ -23,8 +24,8 @@ pub(crate) fn is_due(keyframes: usize) -> bool {
     every.is_some_and(|(_, every)| keyframes % every == 0)
 }
 
-/// Gauss-Newton steps until every linearisation point is at the estimate, as close as the size of the graph asks; false
-/// if [`MAX_STEPS`] are not enough.
+/// Gauss-Newton steps until every linearisation point is at the estimate, as close as the size of the graph
+/// asks; false if [`MAX_STEPS`] are not enough.
 ///
 /// # Errors
 /// As [`Smoother::relinearize`].

@@ -1,5 +1,5 @@
-//! The decisions of a journal once more: each recomputed from what the mission knew when it was asked, and compared
-//! bit for bit with what was recorded; and what would have been decided under other assumptions.
+//! The decisions of a journal once more: each recomputed from what the mission knew when it was asked, and
+//! compared bit for bit with what was recorded; and what would have been decided under other assumptions.
 
 use crate::error::StateError;
 use crate::history::Entry;
@@ -83,7 +83,8 @@ pub fn place(decision: &Decision) -> Option<u64> {
     }
 }
 
-/// Folds the journal and decides wherever a decision was recorded. `progress` hears how many records are done.
+/// Folds the journal and decides wherever a decision was recorded. `progress` hears how many records are
+/// done.
 ///
 /// # Errors
 /// As [`crate::recovery::recover`].

@@ -16,8 +16,8 @@ pub struct DecisionRequest {
     pub choice_only: bool,
 }
 
-/// Assumptions of a question that changes nothing and is not counted: the weight and standard deviations of the
-/// allowance. What is not set stays as the mission has it.
+/// Assumptions of a question that changes nothing and is not counted: the weight and standard deviations of
+/// the allowance. What is not set stays as the mission has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WhatIf {
     /// Weight of the uncertainty, in [0, 1].

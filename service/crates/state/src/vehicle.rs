@@ -72,8 +72,8 @@ impl Vehicle {
     /// replaced if it has the same id and no event yet, else it is aborted.
     ///
     /// # Errors
-    /// [`StateError::MissionActive`], [`StateError::MissionUsed`], [`StateError::Limit`], or what is wrong with the
-    /// configuration, with the path of its field. Nothing has changed then.
+    /// [`StateError::MissionActive`], [`StateError::MissionUsed`], [`StateError::Limit`], or what is wrong
+    /// with the configuration, with the path of its field. Nothing has changed then.
     pub fn configure(&mut self, config: MissionConfig, now_ns: u64) -> Result<&mut Mission, StateError> {
         let prepared = self.prepare(config, now_ns)?;
         self.adopt(prepared, now_ns)
@@ -139,8 +139,8 @@ impl Vehicle {
         self.mission(None)
     }
 
-    /// Takes an event of any of the vehicle's missions, of so many bytes as sent: applies it and those that waited for
-    /// it, lets it wait, ignores it as a repeat or refuses it. See [`OfferOutcome`].
+    /// Takes an event of any of the vehicle's missions, of so many bytes as sent: applies it and those that
+    /// waited for it, lets it wait, ignores it as a repeat or refuses it. See [`OfferOutcome`].
     pub fn offer(&mut self, event: Event, sent_bytes: usize) -> OfferOutcome {
         let buffered_bytes: usize = self.missions.values().map(Mission::buffered_bytes).sum();
         let left_bytes = self.limits.max_buffered_bytes.saturating_sub(buffered_bytes);
@@ -223,8 +223,8 @@ impl Vehicle {
 }
 
 impl PreparedMission {
-    /// The records with which a new journal begins; empty if the mission goes on in the journal of the one that it
-    /// replaces, or nobody keeps it.
+    /// The records with which a new journal begins; empty if the mission goes on in the journal of the one
+    /// that it replaces, or nobody keeps it.
     pub fn take_first_records(&mut self) -> Vec<Record> {
         if self.replaces { Vec::new() } else { self.mission.take_unwritten() }
     }

@@ -15,8 +15,8 @@ use rayon::ThreadPool;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// The state at a moment, immutable. Whatever is asked of the graph is asked of its relinearised copy, which the first
-/// question makes on its own thread and all others share.
+/// The state at a moment, immutable. Whatever is asked of the graph is asked of its relinearised copy, which
+/// the first question makes on its own thread and all others share.
 pub struct View {
     moment: Moment,
     relinearized: OnceLock<Result<Relinearized, StateError>>,
@@ -146,8 +146,8 @@ impl View {
         evaluated.map_err(|error| self.describe(error))
     }
 
-    /// The keyframes from id `from` on with the whole graph's chi2. Cost beyond relinearising: with marginals one
-    /// recursion over the whole elimination tree.
+    /// The keyframes from id `from` on with the whole graph's chi2. Cost beyond relinearising: with marginals
+    /// one recursion over the whole elimination tree.
     ///
     /// # Errors
     /// [`StateError::Singular`] if the graph cannot be solved.

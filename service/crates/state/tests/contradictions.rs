@@ -1,4 +1,5 @@
-//! Measurements that cannot be true: told apart from what is believed, refused by themselves, and nothing else disturbed.
+//! Measurements that cannot be true: told apart from what is believed, refused by themselves, and nothing
+//! else disturbed.
 
 mod support;
 
@@ -63,7 +64,8 @@ fn absurd() -> Vec<(&'static str, FactorKind)> {
     ]
 }
 
-/// A mission to its end and then this event; `is_committed` in a group of its own, after a question and another keyframe.
+/// A mission to its end and then this event; `is_committed` in a group of its own, after a question and
+/// another keyframe.
 fn with_last(factor: FactorKind, is_committed: bool) -> (Vehicle, Vec<(u64, Code, String)>) {
     let (mut vehicle, mut script) = (running(), script("m"));
     if is_committed {
@@ -134,8 +136,9 @@ fn a_kind_with_a_robust_loss_is_weighed_down_instead() {
 
 #[test]
 fn the_distance_is_that_of_all_noise_together() {
-    // Level steps of 1 m ahead. What is believed of the last depth: the prior's, three steps', and by their lever arms in
-    // metres all turns in pitch; the last step is told the other way round, and turns about where it comes from.
+    // Level steps of 1 m ahead. What is believed of the last depth: the prior's, three steps', and by their
+    // lever arms in metres all turns in pitch; the last step is told the other way round, and turns about
+    // where it comes from.
     let (prior_m, step_m, depth_m) = (0.3_f64, 0.1_f64, 0.05_f64);
     let (prior_deg, step_rad, levers_m) = (5.0_f64, 0.1_f64, [2.0_f64, 1.0, 1.0]);
     let (steps, off_m) = (3_u64, 30.0);
@@ -213,7 +216,8 @@ fn a_closure_that_a_loss_may_weigh_down_does_not_make_the_true_step_a_contradict
     assert!(robot.keyframe == LAST + 1 && error_m < 0.1, "{error_m} m");
 }
 
-/// A straight dive of 300 m with a heading of which 20 degrees (one sigma) are wrong, and then one true position.
+/// A straight dive of 300 m with a heading of which 20 degrees (one sigma) are wrong, and then one true
+/// position.
 #[test]
 fn a_true_position_far_along_an_arc_is_taken() {
     for off_deg in [0.0_f64, 20.0, 40.0, -40.0] {

@@ -1,5 +1,5 @@
-//! What crashes, damage and disks do to a journal: what was acknowledged is there, and what is there is true, or the
-//! damage has a name.
+//! What crashes, damage and disks do to a journal: what was acknowledged is there, and what is there is true,
+//! or the damage has a name.
 //!
 //! `PDN_TORTURE=1` tries every place instead of some.
 
@@ -77,7 +77,7 @@ fn a_crash_at_any_write_or_sync_loses_nothing_acknowledged() {
 }
 
 #[test]
-fn a_crash_while_a_crash_is_mended_loses_nothing_either() {
+fn a_crash_while_a_crash_is_repaired_loses_nothing_either() {
     let lived = journaled(13, 9);
     let history = lived.records();
     let steps = {
@@ -118,8 +118,8 @@ fn images(groups: &[Vec<Record>]) -> [(&'static str, Vec<u8>); 2] {
     [("closed", disk.seen()), ("crashed", crashed)]
 }
 
-/// The whole history, or a damage with a name: nothing between, since all of it was acknowledged. What can be saved
-/// is true in any case.
+/// The whole history, or a damage with a name: nothing between, since all of it was acknowledged. What can be
+/// saved is true in any case.
 fn check(image: Vec<u8>, history: &[Record], what: &str) -> bool {
     let disk = Disk::steady(image);
     if let Ok(salvage) = Salvage::find(&disk) {

@@ -79,8 +79,8 @@ fn decisions_have_the_same_bits_at_any_number_of_threads() {
     }
 }
 
-/// Views leave to each other what they derive: each after those before it, each after those that came later, and each
-/// alone, in a mission that was asked nothing else, give the same bits.
+/// Views leave to each other what they derive: each after those before it, each after those that came later,
+/// and each alone, in a mission that was asked nothing else, give the same bits.
 #[test]
 fn decisions_have_the_same_bits_whatever_their_views_inherit() {
     let (pool, events) = (pool(2), script("m").events);

@@ -1,5 +1,5 @@
-//! Missions of a vehicle: which may be configured when, what ended ones still answer, and that a mission is the same
-//! from its configuration to its end.
+//! Missions of a vehicle: which may be configured when, what ended ones still answer, and that a mission is
+//! the same from its configuration to its end.
 
 mod support;
 
@@ -122,7 +122,8 @@ fn a_small_mission_from_configuration_to_completion() {
     assert_eq!((state.health.ok, state.health.findings.as_slice()), (true, [].as_slice()));
     assert_eq!(state.robot.expect("a robot").keyframe, 23);
     assert!(state.uncertainty.expect("a robot") > 0.0);
-    // The estimate is within a few centimetres of the truth, so the survey is behind and the floor below covered.
+    // The estimate is within a few centimetres of the truth, so the survey is behind and the floor below
+    // covered.
     assert!(state.estimated_remaining_m.expect("a survey") < 0.1, "{:?}", state.estimated_remaining_m);
     assert!(state.covered_m2 > 5.0 && state.covered_m2 < state.target_m2 && state.target_m2 == 24.0);
 

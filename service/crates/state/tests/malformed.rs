@@ -1,4 +1,5 @@
-//! Records of a journal and events of a mission that are nearly right: nothing fails, and the mission stays sane.
+//! Records of a journal and events of a mission that are nearly right: nothing fails, and the mission stays
+//! sane.
 //!
 //! `PDN_FUZZ_INPUTS` is how many are tried; the same number tries the same ones.
 

@@ -113,8 +113,8 @@ fn missions_of_a_vehicle_share_the_bytes_of_what_waits() {
         let outcome = vehicle.offer(script(mission).events[2].clone(), sent_bytes);
         outcome.refused.first().map(|refusal| refusal.error.to_string())
     };
-    let full = "the events that wait for a missing one take up ahead_bytes; send the missing ones (rpc/ingest tells), \
-                then event 2 again";
+    let full = "the events that wait for a missing one take up ahead_bytes; send the missing ones \
+                (rpc/ingest tells), then event 2 again";
     for (mission, sent_bytes, refused) in
         [("a", 6, None), ("b", 5, Some(full)), ("b", 4, None), ("c", 6, None)]
     {

@@ -1,5 +1,5 @@
-//! Every phase and every command: the table of the contract, written out once more, and every sequence of commands up to
-//! a length against a model of a few lines.
+//! Every phase and every command: the table of the contract, written out once more, and every sequence of
+//! commands up to a length against a model of a few lines.
 
 mod support;
 
@@ -156,8 +156,8 @@ fn every_event_question_and_configuration_in_every_phase() {
     }
 }
 
-/// What a vehicle's missions must have come to: the phases of all, in the order of their configuration, and the events of
-/// the last.
+/// What a vehicle's missions must have come to: the phases of all, in the order of their configuration, and
+/// the events of the last.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Model {
     phases: Vec<Phase>,

@@ -1,4 +1,5 @@
-//! A mission comes back from its journal as it was, bit for bit, and its decisions come out again as they were.
+//! A mission comes back from its journal as it was, bit for bit, and its decisions come out again as they
+//! were.
 
 mod support;
 

@@ -1,4 +1,5 @@
-//! For each message and field: what is refused, under which code, at which path, and that nothing else is disturbed.
+//! For each message and field: what is refused, under which code, at which path, and that nothing else is
+//! disturbed.
 
 mod support;
 

@@ -61,7 +61,8 @@ fn keyframes_wait_until_they_are_tied_and_bring_what_waited_for_them() {
     let graph = mission(&mut vehicle).begin_graph(None, false).run().expect("the graph is regular");
     for keyframe in &graph.keyframes {
         for axis in 0..3 {
-            // The steps are exact and the noise of depth and attitude is a few centimetres and hundredths of a radian.
+            // The steps are exact and the noise of depth and attitude is a few centimetres and hundredths of
+            // a radian.
             assert!(
                 (keyframe.pose.translation[axis] - place(keyframe.id)[axis]).abs() < 0.05,
                 "{keyframe:?}"

@@ -69,7 +69,8 @@ pub(super) fn encode(checkpoint: &Checkpoint, software: &str, identity: u64, crc
     bincode::serde::encode_to_vec(&content, bincode::config::standard()).unwrap_or_default()
 }
 
-/// The checkpoint of these bytes, the software that wrote them, the journal's identity and the CRC before the record.
+/// The checkpoint of these bytes, the software that wrote them, the journal's identity and the CRC before the
+/// record.
 pub(super) fn decode(bytes: &[u8]) -> Result<(Checkpoint, String, u64, u32), Unusable> {
     let config = bincode::config::standard().with_limit::<MAX_BYTES>();
     let (content, read): (Content, usize) =

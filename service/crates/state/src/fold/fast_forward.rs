@@ -1,8 +1,8 @@
-//! The fold of events whose outcome is known up to a checkpoint: nothing is solved for, and what was refused then is
-//! refused now.
+//! The fold of events whose outcome is known up to a checkpoint: nothing is solved for, and what was refused
+//! then is refused now.
 //!
-//! Refusals of a group may stand in the history after the keyframe that ended it. So a group is noted only once the
-//! next entry has come that is no refusal; until then it waits here.
+//! Refusals of a group may stand in the history after the keyframe that ended it. So a group is noted only
+//! once the next entry has come that is no refusal; until then it waits here.
 
 use super::{Fold, SolvedState};
 use crate::change::{Addition, Change};
@@ -66,7 +66,8 @@ impl Fold {
         }
     }
 
-    /// Arrives at the checkpoint, which stands before the last event taken; from here on the fold goes on as usual.
+    /// Arrives at the checkpoint, which stands before the last event taken; from here on the fold goes on as
+    /// usual.
     ///
     /// # Errors
     /// What does not fit.

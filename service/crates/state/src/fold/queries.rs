@@ -23,8 +23,8 @@ pub struct RobotEstimate {
 }
 
 impl Fold {
-    /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for what has not
-    /// been solved for, and once a change a copy of what shares nothing.
+    /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for
+    /// what has not been solved for, and once a change a copy of what shares nothing.
     pub fn view(&mut self) -> Arc<View> {
         self.look_ahead();
         if let Some(view) = &self.view {
@@ -94,8 +94,8 @@ impl Fold {
         if let Some(first) = untied.first() {
             let count = untied.len();
             findings.push(format!(
-                "{count} keyframes wait for a prior, odometry or relative factor that ties them to the graph, \
-                 keyframe {first} first"
+                "{count} keyframes wait for a prior, odometry or relative factor that ties them to the \
+                 graph, keyframe {first} first"
             ));
         }
         if fold.smoother.is_empty() {

@@ -35,8 +35,9 @@ pub(super) fn covariance(smoother: &Smoother, beliefs: &[Belief]) -> Result<Join
 
 pub(super) type Joint = SMatrix<f64, 12, 12>;
 
-/// The least of |r(delta)|^2 + delta^T S^-1 delta over delta, if it is beyond `within`. A turn that is believed possible
-/// moves far places along an arc, so the measurement is linearised anew where it and the belief have met.
+/// The least of |r(delta)|^2 + delta^T S^-1 delta over delta, if it is beyond `within`. A turn that is
+/// believed possible moves far places along an arc, so the measurement is linearised anew where it and the
+/// belief have met.
 pub(super) fn least_distance_squared(
     factor: &Factor,
     beliefs: &[Belief],

@@ -11,8 +11,8 @@ use pdn_kernel::{Factor, KernelError, Node};
 use pdn_planning::OdometryStep;
 
 impl GraphBuilder {
-    /// Puts a valid measurement where it belongs: into the graph, bringing a keyframe along if it ties one, or among
-    /// those that wait.
+    /// Puts a valid measurement where it belongs: into the graph, bringing a keyframe along if it ties one,
+    /// or among those that wait.
     pub(super) fn place(
         &mut self,
         seq: u64,
@@ -35,7 +35,8 @@ impl GraphBuilder {
         Ok(())
     }
 
-    /// Adds what waited for keyframes that are in the graph by now, lowest event first, until nothing more moves.
+    /// Adds what waited for keyframes that are in the graph by now, lowest event first, until nothing more
+    /// moves.
     pub(super) fn flush(
         &mut self,
         settings: &Settings,

@@ -1,4 +1,5 @@
-//! Which file is whose: `<root>/<vehicle>/<ordinal>-<mission>.redb`, each made whole under another name first.
+//! Which file is whose: `<root>/<vehicle>/<ordinal>-<mission>.redb`, each made whole under another name
+//! first.
 
 use crate::history::Record;
 use crate::journal::error::JournalError;
@@ -79,8 +80,8 @@ impl Journals {
         Ok(found)
     }
 
-    /// Removes what an earlier process had begun to make for a vehicle when it ended. Nobody may be making any: a daemon
-    /// does it once, at its start, when it has the directory to itself.
+    /// Removes what an earlier process had begun to make for a vehicle when it ended. Nobody may be making
+    /// any: a daemon does it once, at its start, when it has the directory to itself.
     ///
     /// # Errors
     /// What the disk says.

@@ -42,8 +42,8 @@ impl Mission {
         self.log.mark_durable(durable_seq);
     }
 
-    /// Numbers, counts and notes a decision, in the order of the calls; a what-if stays without a number. `timing` is
-    /// told with it.
+    /// Numbers, counts and notes a decision, in the order of the calls; a what-if stays without a number.
+    /// `timing` is told with it.
     ///
     /// # Errors
     /// [`StateError::Internal`] if it is too large to be recorded; nothing has changed then.
@@ -89,7 +89,8 @@ impl Mission {
         }
     }
 
-    /// Notes an event that was refused without consuming its number; not for want of room, which will come again.
+    /// Notes an event that was refused without consuming its number; not for want of room, which will come
+    /// again.
     pub(super) fn note_turned_away(&mut self, refusal: &Refusal) {
         if refusal.error.code() == Code::Overloaded {
             return;

@@ -23,8 +23,8 @@ impl Vehicle {
         self.next_ordinal = self.next_ordinal.max(ordinal + 1);
     }
 
-    /// Takes up a mission that was absent. If it is the current one and under way, it is held until someone resumes;
-    /// one that had not ended before its successor was configured is aborted.
+    /// Takes up a mission that was absent. If it is the current one and under way, it is held until someone
+    /// resumes; one that had not ended before its successor was configured is aborted.
     ///
     /// # Errors
     /// [`StateError::Internal`] if its history cannot be noted.

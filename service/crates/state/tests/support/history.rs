@@ -30,8 +30,8 @@ pub fn unwritten(vehicle: &mut Vehicle) -> Vec<Record> {
     vehicle.take_unwritten().into_iter().flat_map(|unwritten| unwritten.records).collect()
 }
 
-/// The small mission with decisions every `ask_every` events, refusals, a pause, and in groups of at most `group`
-/// records. It is not ended.
+/// The small mission with decisions every `ask_every` events, refusals, a pause, and in groups of at most
+/// `group` records. It is not ended.
 pub fn journaled(ask_every: usize, group: usize) -> JournaledMission {
     let (mut vehicle, first) = begun();
     let mut journaled = JournaledMission {
