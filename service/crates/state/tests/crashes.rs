@@ -120,7 +120,7 @@ fn images(groups: &[Vec<Record>]) -> [(&'static str, Vec<u8>); 2] {
 
 /// The whole history, or a damage with a name: nothing between, since all of it was acknowledged. What can be
 /// saved is true in any case.
-fn check(image: Vec<u8>, history: &[Record], what: &str) -> bool {
+fn judge(image: Vec<u8>, history: &[Record], what: &str) -> bool {
     let disk = Disk::steady(image);
     if let Ok(salvage) = Salvage::find(&disk) {
         let mut saved = Journal::create(Disk::steady(Vec::new()), header(), &history[..1]).expect("room");
