@@ -75,7 +75,8 @@ TOPICS = {
 def links(mission: str, seq: int, count: int) -> list[Message]:
     at = range(count)
     return [
-        wire.LinkOutcome(mission, seq + k, k, k % (KEYFRAMES - 9), k % (KEYFRAMES - 9) + 9, k % 3 > 0) for k in at
+        wire.LinkOutcome(mission, seq + k, k, k % (KEYFRAMES - 9), k % (KEYFRAMES - 9) + 9, k % 3 > 0)
+        for k in at
     ]
 
 
@@ -196,7 +197,9 @@ def run(binary: Path, work: str, form: wire.Format, count: int, missions: int) -
                 for number in range(missions):
                     client.configure({"mission": f"earlier-{number}", "target": {"facets": [FLOOR]}})
                     client.abort("there are to be several")
-                client.configure({"mission": "m", "target": {"facets": [FLOOR]}, "first_keyframe_sigmas": None})
+                client.configure(
+                    {"mission": "m", "target": {"facets": [FLOOR]}, "first_keyframe_sigmas": None}
+                )
                 client.start("the measurement begins")
                 session, _ = open_session(daemon.endpoint, 20.0)
                 with session:
@@ -232,8 +235,12 @@ def medians(costs: list[Cost]) -> Cost:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("binaries", type=Path, nargs="+", metavar="PDND", help="builds, the first to compare with")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "binaries", type=Path, nargs="+", metavar="PDND", help="builds, the first to compare with"
+    )
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--events", type=int, default=8192, help="of a run")
     parser.add_argument("--missions", type=int, default=3, help="that the vehicle has ended before")

@@ -15,9 +15,9 @@ import zenoh
 TESTS = Path(__file__).resolve().parents[5] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "e2e")]
 
-from conftest import Daemon, start_daemon, wait_until
-from json_zenoh import Json, JsonVehicle, open_session
-from survey import config, fly
+from conftest import Daemon, start_daemon, wait_until  # noqa: E402
+from json_zenoh import Json, JsonVehicle, open_session  # noqa: E402
+from survey import config, fly  # noqa: E402
 
 DETAILS = ("brief", "choice", "full")
 
@@ -53,12 +53,16 @@ class Flight(JsonVehicle):
         newest = 100 + 3 * (self.keyframes - 1)
         depth = {"keyframe": 999, "depth_m": 8.5, "variance_m2": 4e-4}
         super().event("factor", {"factor": {"depth": depth}})  # of an unknown keyframe
-        super().event("factor", {"factor": {"depth": {**depth, "keyframe": newest, "depth_m": 80.0}}})  # contradicts
+        super().event(
+            "factor", {"factor": {"depth": {**depth, "keyframe": newest, "depth_m": 80.0}}}
+        )  # contradicts
         super().event("factor", {"factor": {"depth": {**depth, "keyframe": newest, "variance_m2": -1.0}}})
         super().event("link", {"from": newest, "to": newest, "registered": "perhaps"})  # cannot be read
         kind, message = self.events[5]
         other = json.dumps({**message, "stamp_ns": 1}).encode()
-        self.put(f"in/{kind}", other, zenoh.Encoding.APPLICATION_JSON)  # turned away: the number has been used
+        self.put(
+            f"in/{kind}", other, zenoh.Encoding.APPLICATION_JSON
+        )  # turned away: the number has been used
         step = {"from": newest - 3, "to": newest, "relative": STEP, "covariance": TINY}
         super().event("factor", {"factor": {"odometry": step}})  # too exact to be solved with
 
