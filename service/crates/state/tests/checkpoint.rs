@@ -200,8 +200,7 @@ fn survey(keyframes: u64) -> Script {
 /// checkpoint takes as long as living.
 #[test]
 fn a_long_mission_restarts_in_a_small_part_of_its_time() {
-    let (keyframes, part) =
-        if std::env::var_os("PDN_TORTURE").is_some() { (20_000, 8) } else { (1_500, 5) };
+    let (keyframes, part) = if std::env::var_os("PDN_TORTURE").is_some() { (20_000, 8) } else { (1_500, 5) };
     let script = survey(keyframes);
     let (mut vehicle, first) = begun();
     vehicle.command(None, Operation::Start, "", 2).expect("configured");
