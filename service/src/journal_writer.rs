@@ -15,7 +15,7 @@ use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_state::journal::files::Journals;
 use pdn_state::journal::{Header, Journal, JournalError};
-use pdn_state::vehicle::Prepared;
+use pdn_state::vehicle::PreparedMission;
 use pdn_state::{Mission, Vehicle};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -70,7 +70,7 @@ impl JournalWriter {
     ///
     /// # Errors
     /// `not_durable`; nothing may then depend on the mission.
-    pub fn create(&mut self, prepared: &mut Prepared) -> Result<(), Problem> {
+    pub fn create(&mut self, prepared: &mut PreparedMission) -> Result<(), Problem> {
         let Some(journals) = &self.journals else { return Ok(()) };
         let (mission, ordinal) = (prepared.mission().to_owned(), prepared.ordinal());
         let records = prepared.take_first_records();

@@ -4,7 +4,7 @@ use crate::clock::now_ns;
 use crate::journal_writer::{JournalWriter, JournaledVehicle};
 use crate::settings::Settings;
 use pdn_schemas::ids::VehicleId;
-use pdn_state::journal::files::{self, Kept};
+use pdn_state::journal::files::{self, JournalFile};
 use pdn_state::journal::{Journal, JournalError};
 use pdn_state::recovery::{Recovered, recover_from};
 use pdn_state::{Absence, Mission, StateError, Vehicle, lifecycle};
@@ -32,7 +32,7 @@ pub fn recover_all(settings: &Settings) -> Result<Vec<JournaledVehicle>, Journal
 
 /// Recovers the missions of one vehicle. One whose journal cannot be read is absent, and its health tells
 /// why.
-fn recover_vehicle(id: VehicleId, missions: &[Kept], settings: &Settings) -> JournaledVehicle {
+fn recover_vehicle(id: VehicleId, missions: &[JournalFile], settings: &Settings) -> JournaledVehicle {
     let limits = settings.limits();
     let vehicle = Vehicle::kept(id.as_str(), limits);
     let journal_writer = JournalWriter::new(id.clone(), settings);
@@ -61,7 +61,7 @@ fn recover_vehicle(id: VehicleId, missions: &[Kept], settings: &Settings) -> Jou
 /// Reads a mission's journal, takes the mission up and resumes the journal.
 fn recover_mission(
     JournaledVehicle { id, vehicle, journal_writer }: &mut JournaledVehicle,
-    file: &Kept,
+    file: &JournalFile,
     settings: &Settings,
 ) -> Result<(), JournalError> {
     let start = Instant::now();
@@ -109,7 +109,7 @@ struct StoredMission {
     unwritable: Option<JournalError>,
 }
 
-fn read(file: &Kept, vehicle: &str, settings: &Settings) -> Result<StoredMission, JournalError> {
+fn read(file: &JournalFile, vehicle: &str, settings: &Settings) -> Result<StoredMission, JournalError> {
     let (journal, unwritable) = match files::open(&file.path) {
         Ok(journal) => (journal, None),
         // A disk that cannot be written takes no mission away.

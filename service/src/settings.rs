@@ -136,6 +136,7 @@ impl Settings {
     pub fn limits(&self) -> Limits {
         Limits {
             max_missions: count(self.max_missions),
+            max_buffered_bytes: count(self.ahead_bytes),
             max_events: self.max_events,
             max_keyframes: count(self.max_keyframes),
             max_factors: count(self.max_factors),

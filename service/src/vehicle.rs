@@ -6,12 +6,10 @@
 //! changes nothing is computed on the pool (`planner`), and the network has threads of its own
 //! (`pdn_transport::outgoing`).
 //!
-//! Reading order: here the loop; `events` (what vehicles publish, and `ahead` what of it waits for a missing
-//! event), `commands`, `questions` (from the question to the job), `jobs` (how many run at once), `replies`
+//! Reading order: here the loop; `events` (what vehicles publish), `commands`, `questions` (from the question to the job), `jobs` (how many run at once), `replies`
 //! (from the outcome to the reply), `deferred` (questions that wait for an event), `acknowledge` (when
 //! `out/ack` is due).
 
-mod ahead;
 mod events;
 
 mod commands;
@@ -26,11 +24,10 @@ pub use commands::configure;
 
 use crate::journal_writer::{JournalWriter, JournaledVehicle};
 use crate::planner::{Computed, Job, Planner};
-use crate::settings::{Settings, count};
+use crate::settings::Settings;
 use crate::shutdown::ShutdownDeadline;
 use crate::telemetry::LogRateLimiter;
 use acknowledge::Acknowledgements;
-use ahead::Ahead;
 use deferred::DeferredQuestions;
 use jobs::Jobs;
 use pdn_schemas::ids::VehicleId;
@@ -60,7 +57,6 @@ pub struct Owner {
     deferred: DeferredQuestions,
     jobs: Jobs<(PendingReply, Job), (PendingReply, Computed)>,
 
-    ahead: Ahead,
     acknowledgements: Acknowledgements,
     state_changed: bool,
     state_due: Instant,
@@ -90,7 +86,6 @@ impl Owner {
             wait: Duration::from_millis(settings.wait_ms),
             deferred: DeferredQuestions::default(),
             jobs,
-            ahead: Ahead::new(count(settings.ahead_bytes)),
             acknowledgements: Acknowledgements::default(),
             state_changed: true,
             state_due: Instant::now(),

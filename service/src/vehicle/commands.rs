@@ -10,7 +10,6 @@ use pdn_schemas::{Command, MissionConfig};
 use pdn_state::{Operation, Vehicle};
 use pdn_transport::answer::Answer;
 use pdn_transport::message::Question;
-use std::collections::BTreeSet;
 
 /// Applies `op/configure`; nothing has changed if it is refused, unless it could not be written any more.
 pub fn configure(
@@ -36,11 +35,7 @@ impl Owner {
     pub(super) fn take_command(&mut self, question: Question) {
         let done = match question.topic {
             Topic::OpConfigure => {
-                configure(&mut self.vehicle, &mut self.journal_writer, &question).map(|()| {
-                    let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
-                    self.ahead.keep(|mission| kept.contains(mission));
-                    None
-                })
+                configure(&mut self.vehicle, &mut self.journal_writer, &question).map(|()| None)
             }
             _ => self.operate(&question),
         };

@@ -1,56 +1,57 @@
 //! How a measurement enters the graph, and what it brings along.
 
-use super::{Addition, Book, Judge, Undo};
-use crate::change::Measurement;
-use crate::convert;
-use crate::error::StateError;
-use crate::offered::Refusal;
+use super::{GraphBuilder, Undo};
+use crate::change::{Addition, Measurement};
+use crate::error::{StateError, translate};
+use crate::gate::Admit;
+use crate::outcome::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::{Factor, KernelError, Node};
 use pdn_planning::OdometryStep;
 
-impl Book {
-    /// Puts a valid measurement where it belongs: into the graph, bringing a keyframe along if it ties one, or among
-    /// those that wait.
+impl GraphBuilder {
+    /// Puts a valid measurement where it belongs: into the graph, bringing a keyframe along if it ties one,
+    /// or among those that wait.
     pub(super) fn place(
         &mut self,
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         if self.is_placeable(measurement) {
-            self.add(seq, measurement, settings, judge, additions)?;
+            self.add(seq, measurement, settings, admit, additions)?;
         } else {
-            self.waiting.insert(seq, measurement.clone());
-            self.log.push(Undo::Waited(seq));
+            self.deferred.insert(seq, measurement.clone());
+            self.undo_log.push(Undo::Deferred(seq));
         }
         let (first, second) = measurement.keyframes();
         for keyframe in [Some(first), second].into_iter().flatten() {
-            self.keyframes.entry(keyframe).and_modify(|record| record.factors += 1);
-            self.log.push(Undo::Named(keyframe));
+            self.keyframes.entry(keyframe).and_modify(|entry| entry.factors += 1);
+            self.undo_log.push(Undo::Named(keyframe));
         }
         Ok(())
     }
 
-    /// Adds what waited for keyframes that are in the graph by now, lowest event first, until nothing more moves.
+    /// Adds what waited for keyframes that are in the graph by now, lowest event first, until nothing more
+    /// moves.
     pub(super) fn flush(
         &mut self,
         settings: &Settings,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Vec<Refusal> {
         let mut refused = Vec::new();
         while let Some(seq) =
-            self.waiting.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
+            self.deferred.iter().find(|(_, measurement)| self.is_placeable(measurement)).map(|(seq, _)| *seq)
         {
-            let Some(measurement) = self.waiting.remove(&seq) else { break };
-            if let Err(error) = self.add(seq, &measurement, settings, judge, additions) {
+            let Some(measurement) = self.deferred.remove(&seq) else { break };
+            if let Err(error) = self.add(seq, &measurement, settings, admit, additions) {
                 refused.push(Refusal { seq, error });
             }
-            self.log.push(Undo::Resumed(seq, Box::new(measurement)));
+            self.undo_log.push(Undo::Resumed(seq, Box::new(measurement)));
         }
         refused
     }
@@ -70,25 +71,25 @@ impl Book {
         seq: u64,
         measurement: &Measurement,
         settings: &Settings,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Result<(), StateError> {
         let (first, second) = measurement.keyframes();
         let next = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         let nodes = [first, second.unwrap_or(first)].map(|keyframe| self.node(keyframe).unwrap_or(next));
         let factor = self.factor(measurement, settings, nodes);
-        let factor = factor.map_err(|error| convert::error::measurement(measurement, error))?;
+        let factor = factor.map_err(|error| translate::measurement(measurement, error))?;
         let entering =
             [Some(first), second].into_iter().flatten().find(|keyframe| self.node(*keyframe).is_none());
         match entering {
             Some(keyframe) => {
                 let known = if keyframe == first { nodes[1] } else { nodes[0] };
-                let sent = self.keyframes.get(&keyframe).and_then(|record| record.world_from_body);
-                let known_pose = if known == next { Pose::identity() } else { judge.pose(known, additions) };
+                let sent = self.keyframes.get(&keyframe).and_then(|entry| entry.world_from_body);
+                let known_pose = if known == next { Pose::identity() } else { admit.pose(known, additions) };
                 let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
                 self.enter(keyframe, sent.unwrap_or_else(tied), additions);
             }
-            None => judge.judge(seq, measurement, &factor, additions)?,
+            None => admit.check(seq, measurement, &factor, additions)?,
         }
         self.join(measurement, factor, additions);
         Ok(())
@@ -96,9 +97,9 @@ impl Book {
 
     pub(super) fn enter(&mut self, keyframe: u64, world_from_body: Pose, additions: &mut Vec<Addition>) {
         let node = Node(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        self.keyframes.entry(keyframe).and_modify(|record| record.node = Some(node));
+        self.keyframes.entry(keyframe).and_modify(|entry| entry.node = Some(node));
         self.nodes.push(keyframe);
-        self.log.push(Undo::Entered(keyframe, self.newest));
+        self.undo_log.push(Undo::Entered(keyframe, self.newest));
         if self.newest.is_none_or(|newest| self.since_seq(node) > self.since_seq(newest)) {
             self.newest = Some(node);
         }
@@ -107,14 +108,14 @@ impl Book {
 
     pub(super) fn join(&mut self, measurement: &Measurement, factor: Factor, additions: &mut Vec<Addition>) {
         *self.factors.entry(factor.kind()).or_insert(0) += 1;
-        self.log.push(Undo::Counted(factor.kind()));
+        self.undo_log.push(Undo::Counted(factor.kind()));
         if let (Measurement::Odometry { relative, covariance, .. }, (from, Some(to))) =
             (measurement, factor.nodes())
         {
             self.went.push((from, to));
-            self.log.push(Undo::Went);
+            self.undo_log.push(Undo::Went);
             if self.last_odometry.is_none_or(|(newest, _)| self.since_seq(to) >= self.since_seq(newest)) {
-                self.log.push(Undo::Odometry(Box::new(self.last_odometry)));
+                self.undo_log.push(Undo::Odometry(Box::new(self.last_odometry)));
                 let step = OdometryStep { earlier_from_later: *relative, covariance: *covariance };
                 self.last_odometry = Some((to, step));
             }
@@ -130,9 +131,7 @@ impl Book {
     ) -> Result<Factor, KernelError> {
         let (first, second) = measurement.keyframes();
         let camera = |keyframe| {
-            self.keyframes
-                .get(&keyframe)
-                .map_or(&settings.body_from_camera, |record| &record.body_from_camera)
+            self.keyframes.get(&keyframe).map_or(&settings.body_from_camera, |entry| &entry.body_from_camera)
         };
         let cameras = [camera(first), camera(second.unwrap_or(first))];
         measurement.factor(nodes[0], nodes[1], cameras, settings.planning.min_baseline_m, &settings.losses)

@@ -1,41 +1,39 @@
-//! The keyframes and measurements of a mission, which of them are in the graph and which still wait to be tied to
-//! it; every change can be taken back.
+//! The keyframes and measurements of a mission, which of them are in the graph and which still wait to be
+//! tied to it; every change can be taken back.
 
-use crate::change::{Change, Measurement, NewKeyframe};
-use crate::convert;
-use crate::error::StateError;
-use crate::fold::Foresight;
+use crate::change::{Addition, Change, Measurement, NewKeyframe};
+use crate::error::{StateError, translate};
+use crate::gate::Admit;
 use crate::limits::Limits;
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use crate::settings::Settings;
 use pdn_kernel::se3::Pose;
-use pdn_kernel::smoother::Smoother;
 use pdn_kernel::{Factor, FactorKind, Node};
 use pdn_planning::{OdometryStep, Saliency};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-mod admission;
+mod placement;
 
 /// What is known of the keyframes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Book {
-    pub(crate) keyframes: BTreeMap<u64, Record>,
+pub(crate) struct GraphBuilder {
+    pub(crate) keyframes: BTreeMap<u64, KeyframeEntry>,
     /// Ids of the keyframes in the graph; the index is the kernel's node.
     pub(crate) nodes: Vec<u64>,
     /// The keyframe in the graph that was introduced last: where the robot is.
     pub(crate) newest: Option<Node>,
     /// Measurements that name a keyframe outside of the graph, by event.
-    pub(crate) waiting: BTreeMap<u64, Measurement>,
+    pub(crate) deferred: BTreeMap<u64, Measurement>,
     pub(crate) factors: BTreeMap<FactorKind, u64>,
     pub(crate) went: Vec<(Node, Node)>,
     /// The odometry measurement into the newest keyframe that has one, with that keyframe's node.
     pub(crate) last_odometry: Option<(Node, OdometryStep)>,
-    log: Vec<Undo>,
+    undo_log: Vec<Undo>,
 }
 
 /// One keyframe.
 #[derive(Clone, Debug)]
-pub(crate) struct Record {
+pub(crate) struct KeyframeEntry {
     since_seq: u64,
     world_from_body: Option<Pose>,
     pub(crate) body_from_camera: Pose,
@@ -44,71 +42,21 @@ pub(crate) struct Record {
     factors: usize,
 }
 
-/// What enters the graph, in order.
-#[derive(Clone, Debug)]
-pub(crate) enum Addition {
-    /// The next node, with its first estimate.
-    Keyframe(Pose),
-    /// A factor between nodes.
-    Factor(Box<Factor>),
-}
-
 #[derive(Clone, Debug)]
 enum Undo {
     Introduced(u64),
     Named(u64),
     Entered(u64, Option<Node>),
-    Waited(u64),
+    Deferred(u64),
     Resumed(u64, Box<Measurement>),
     Counted(FactorKind),
     Went,
     Odometry(Box<Option<(Node, OdometryStep)>>),
 }
 
-/// What decides whether a measurement between keyframes of the graph can be one.
-pub(crate) enum Judge<'a> {
-    /// What is believed of each keyframe now.
-    Belief(&'a Smoother, &'a mut Foresight),
-    /// What was refused when the event was new. First estimates are not wanted.
-    History(&'a BTreeSet<u64>),
-}
-
-impl Judge<'_> {
-    fn pose(&mut self, node: Node, additions: &[Addition]) -> Pose {
-        match self {
-            Judge::Belief(smoother, foresight) => foresight.pose(smoother, node, additions),
-            Judge::History(_) => Pose::identity(),
-        }
-    }
-
-    /// Whether an event's measurement of keyframes that are in the graph can be true.
-    fn judge(
-        &mut self,
-        seq: u64,
-        measurement: &Measurement,
-        factor: &Factor,
-        additions: &[Addition],
-    ) -> Result<(), StateError> {
-        let (smoother, foresight) = match self {
-            Judge::Belief(smoother, foresight) => (smoother, foresight),
-            Judge::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
-            Judge::History(_) => return Ok(()),
-        };
-        let told = |error| convert::error::measurement(measurement, error);
-        let (first, second) = factor.nodes();
-        let first = foresight.pose(smoother, first, additions);
-        let second = second.map(|node| foresight.pose(smoother, node, additions));
-        factor.validate_geometry(&first, second.as_ref()).map_err(told)?;
-        match foresight.contradiction(smoother, factor, additions).map_err(told)? {
-            None => Ok(()),
-            Some(distance) => Err(StateError::contradiction(measurement, distance)),
-        }
-    }
-}
-
-impl Book {
-    /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`; measurements that
-    /// waited and are refused now that their keyframes have entered are returned.
+impl GraphBuilder {
+    /// Notes what a keyframe or measurement says. What enters the graph is appended to `additions`;
+    /// measurements that waited and are refused now that their keyframes have entered are returned.
     ///
     /// # Errors
     /// Why the change is refused; nothing has changed then.
@@ -118,7 +66,7 @@ impl Book {
         change: &Change,
         settings: &Settings,
         limits: &Limits,
-        judge: &mut Judge,
+        admit: &mut Admit,
         additions: &mut Vec<Addition>,
     ) -> Result<Vec<Refusal>, StateError> {
         match change {
@@ -129,39 +77,39 @@ impl Book {
             Change::Measurement(measurement) => {
                 self.check_names(measurement, limits)?;
                 let rehearsal = self.factor(measurement, settings, [Node(0), Node(1)]);
-                rehearsal.map_err(|error| convert::error::measurement(measurement, error))?;
-                self.place(seq, measurement, settings, judge, additions)?;
-                Ok(self.flush(settings, judge, additions))
+                rehearsal.map_err(|error| translate::measurement(measurement, error))?;
+                self.place(seq, measurement, settings, admit, additions)?;
+                Ok(self.flush(settings, admit, additions))
             }
             Change::Link { .. } => Ok(Vec::new()),
         }
     }
 
     /// Everything noted up to here is final.
-    pub(crate) fn settle(&mut self) {
-        self.log.clear();
+    pub(crate) fn commit(&mut self) {
+        self.undo_log.clear();
     }
 
-    /// Takes back everything that was noted since the last [`Book::settle`].
+    /// Takes back everything that was noted since the last [`GraphBuilder::commit`].
     pub(crate) fn undo(&mut self) {
-        while let Some(step) = self.log.pop() {
+        while let Some(step) = self.undo_log.pop() {
             match step {
                 Undo::Introduced(id) => {
                     self.keyframes.remove(&id);
                 }
                 Undo::Named(id) => {
-                    self.keyframes.entry(id).and_modify(|record| record.factors -= 1);
+                    self.keyframes.entry(id).and_modify(|entry| entry.factors -= 1);
                 }
                 Undo::Entered(id, newest) => {
-                    self.keyframes.entry(id).and_modify(|record| record.node = None);
+                    self.keyframes.entry(id).and_modify(|entry| entry.node = None);
                     self.nodes.pop();
                     self.newest = newest;
                 }
-                Undo::Waited(seq) => {
-                    self.waiting.remove(&seq);
+                Undo::Deferred(seq) => {
+                    self.deferred.remove(&seq);
                 }
                 Undo::Resumed(seq, measurement) => {
-                    self.waiting.insert(seq, *measurement);
+                    self.deferred.insert(seq, *measurement);
                 }
                 Undo::Counted(kind) => {
                     self.factors.entry(kind).and_modify(|count| *count -= 1);
@@ -203,7 +151,7 @@ impl Book {
     ) -> Result<(), StateError> {
         self.check_new(keyframe.id, limits)?;
         let prior = self.first_prior(keyframe, settings)?;
-        let record = Record {
+        let entry = KeyframeEntry {
             since_seq: seq,
             world_from_body: keyframe.world_from_body,
             body_from_camera: keyframe.body_from_camera.unwrap_or(settings.body_from_camera),
@@ -211,8 +159,8 @@ impl Book {
             node: None,
             factors: 0,
         };
-        self.keyframes.insert(keyframe.id, record);
-        self.log.push(Undo::Introduced(keyframe.id));
+        self.keyframes.insert(keyframe.id, entry);
+        self.undo_log.push(Undo::Introduced(keyframe.id));
         if let Some((measurement, pose, factor)) = prior {
             self.enter(keyframe.id, pose, additions);
             self.join(&measurement, factor, additions);
@@ -233,7 +181,7 @@ impl Book {
         };
         let prior = Measurement::Prior { keyframe: keyframe.id, world_from_body: pose, covariance };
         let factor = self.factor(&prior, settings, [Node(0), Node(1)]);
-        let factor = factor.map_err(|error| convert::error::measurement(&prior, error))?;
+        let factor = factor.map_err(|error| translate::measurement(&prior, error))?;
         Ok(Some((prior, pose, factor)))
     }
 
@@ -258,7 +206,7 @@ impl Book {
                 format!("from and to are both keyframe {first}; send a factor of two different keyframes");
             return Err(StateError::Invalid { field: field("to"), problem });
         }
-        if self.factors_in_graph() + self.waiting.len() as u64 >= limits.max_factors as u64 {
+        if self.factors_in_graph() + self.deferred.len() as u64 >= limits.max_factors as u64 {
             return Err(StateError::Limit {
                 what: "factors of the mission",
                 bound: "max_factors",
@@ -270,13 +218,13 @@ impl Book {
     }
 
     pub(crate) fn node(&self, keyframe: u64) -> Option<Node> {
-        self.keyframes.get(&keyframe).and_then(|record| record.node)
+        self.keyframes.get(&keyframe).and_then(|entry| entry.node)
     }
 
     /// The event that introduced the keyframe of a node; none of a node that is not in the graph.
     fn since_seq(&self, node: Node) -> Option<u64> {
         let keyframe = self.nodes.get(node.index())?;
-        self.keyframes.get(keyframe).map(|record| record.since_seq)
+        self.keyframes.get(keyframe).map(|entry| entry.since_seq)
     }
 
     pub(crate) fn factors_in_graph(&self) -> u64 {
@@ -285,8 +233,8 @@ impl Book {
 
     /// Keyframes outside of the graph, but for the one introduced last, whose ties may be on their way.
     pub(crate) fn untied(&self) -> Vec<u64> {
-        let newest = self.keyframes.values().map(|record| record.since_seq).max();
-        let waits = |record: &Record| record.node.is_none() && Some(record.since_seq) != newest;
-        self.keyframes.iter().filter(|(_, record)| waits(record)).map(|(id, _)| *id).collect()
+        let newest = self.keyframes.values().map(|entry| entry.since_seq).max();
+        let waits = |entry: &KeyframeEntry| entry.node.is_none() && Some(entry.since_seq) != newest;
+        self.keyframes.iter().filter(|(_, entry)| waits(entry)).map(|(id, _)| *id).collect()
     }
 }

@@ -1,27 +1,76 @@
-//! What is believed of keyframes before a measurement of them is taken in, and whether the measurement can be true.
+//! The gate before the graph: what is believed of keyframes before a measurement of them is taken in, and
+//! whether the measurement can be true.
 //!
-//! One false measurement of a kind that has no robust loss bends the whole graph: a loop closure that is wrong by 100 m
-//! would be believed as much as its covariance asks. So each is compared with the belief first, its own noise and that of the belief
-//! together. A kind that has a robust loss is not judged here: it is the loss that weighs false measurements down.
+//! One false measurement of a kind that has no robust loss bends the whole graph: a loop closure that is
+//! wrong by 100 m would be believed as much as its covariance asks. So each is compared with the belief
+//! first, its own noise and that of the belief together (a Mahalanobis gate). A kind that has a robust loss
+//! is not judged here: it is the loss that weighs false measurements down.
 
-use crate::book::Addition;
-use nalgebra::{Cholesky, DMatrix, Matrix6, SMatrix, SVector};
-use pdn_kernel::se3::{self, Pose};
+mod mahalanobis;
+
+use crate::change::{Addition, Measurement};
+use crate::error::{StateError, translate};
+use mahalanobis::{Step, covariance, least_distance_squared, linearized};
+use nalgebra::Matrix6;
+use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::Smoother;
-use pdn_kernel::{Factor, KernelError, Linearized, Loss, Node};
+use pdn_kernel::{Factor, KernelError, Loss, Node};
+use std::collections::BTreeSet;
 
-/// A measurement farther than this from what is believed is refused, in standard deviations (Mahalanobis). It is far
-/// beyond chance (10 would be, for any number of dimensions): what comes of standard deviations that are too small by a
-/// factor of four still passes in six dimensions.
-pub(crate) const CONTRADICTION: f64 = 20.0;
+/// A measurement farther than this from what is believed is refused, in standard deviations (Mahalanobis). It
+/// is far beyond chance (10 would be, for any number of dimensions): what comes of standard deviations that
+/// are too small by a factor of four still passes in six dimensions.
+const CONTRADICTION: f64 = 20.0;
 
-/// How often a measurement is linearised anew before it is refused.
-const ROUNDS: usize = 6;
+/// What decides whether a measurement between keyframes of the graph can be one.
+pub(crate) enum Admit<'a> {
+    /// What is believed of each keyframe now.
+    Belief(&'a Smoother, &'a mut Gate),
+    /// What was refused when the event was new. First estimates are not wanted.
+    History(&'a BTreeSet<u64>),
+}
 
-/// What is believed of the keyframes that have entered the graph with the present group; of all others the smoother
-/// knows.
+impl Admit<'_> {
+    /// The first estimate of a node.
+    pub(crate) fn pose(&mut self, node: Node, additions: &[Addition]) -> Pose {
+        match self {
+            Admit::Belief(smoother, gate) => gate.pose(smoother, node, additions),
+            Admit::History(_) => Pose::identity(),
+        }
+    }
+
+    /// Tests an event's measurement of keyframes that are in the graph.
+    ///
+    /// # Errors
+    /// Why it cannot be one of them; of what was refused before, any.
+    pub(crate) fn check(
+        &mut self,
+        seq: u64,
+        measurement: &Measurement,
+        factor: &Factor,
+        additions: &[Addition],
+    ) -> Result<(), StateError> {
+        let (smoother, gate) = match self {
+            Admit::Belief(smoother, gate) => (smoother, gate),
+            Admit::History(refused) if refused.contains(&seq) => return Err(StateError::NotReady),
+            Admit::History(_) => return Ok(()),
+        };
+        let describe = |error| translate::measurement(measurement, error);
+        let (first, second) = factor.nodes();
+        let first = gate.pose(smoother, first, additions);
+        let second = second.map(|node| gate.pose(smoother, node, additions));
+        factor.validate_geometry(&first, second.as_ref()).map_err(describe)?;
+        match gate.contradiction(smoother, factor, additions).map_err(describe)? {
+            None => Ok(()),
+            Some(distance) => Err(contradiction(measurement, distance)),
+        }
+    }
+}
+
+/// What is believed of the keyframes that have entered the graph with the present group; of all others the
+/// smoother knows.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Foresight {
+pub(crate) struct Gate {
     entered: Vec<Entered>,
     /// Additions looked at so far.
     read: usize,
@@ -43,9 +92,9 @@ struct Belief {
     noise: Matrix6<f64>,
 }
 
-impl Foresight {
+impl Gate {
     /// The first estimate of a node: the smoother's, or what it entered with.
-    pub(crate) fn pose(&mut self, smoother: &Smoother, node: Node, additions: &[Addition]) -> Pose {
+    fn pose(&mut self, smoother: &Smoother, node: Node, additions: &[Addition]) -> Pose {
         self.read(smoother, additions);
         match node.index().checked_sub(smoother.len()) {
             None => smoother.estimate(node),
@@ -53,12 +102,13 @@ impl Foresight {
         }
     }
 
-    /// How far a measurement of keyframes of the graph lies from what is believed of them, if it is too far to be true.
-    /// Cost: none where its own covariance alone explains it, else the ways from its keyframes to the root.
+    /// How far a measurement of keyframes of the graph lies from what is believed of them, if it is too far
+    /// to be true. Cost: none where its own covariance alone explains it, else the ways from its keyframes to
+    /// the root.
     ///
     /// # Errors
     /// As of [`Elimination::joint`](pdn_kernel::elimination::Elimination::joint).
-    pub(crate) fn contradiction(
+    fn contradiction(
         &mut self,
         smoother: &Smoother,
         factor: &Factor,
@@ -144,67 +194,14 @@ impl Belief {
     }
 }
 
-/// Perturbations of one keyframe or two, [rho; phi] each; those of a second that there is not are zero.
-type Step = SVector<f64, 12>;
-
-/// What is believed of the keyframes together.
-fn covariance(smoother: &Smoother, beliefs: &[Belief]) -> Result<Joint, KernelError> {
-    let anchors: Vec<Node> =
-        beliefs.iter().filter_map(|belief| belief.anchor.map(|(node, _)| node)).collect();
-    let known = smoother.elimination().joint(&anchors)?;
-    let mut by = DMatrix::zeros(12, 6 * anchors.len());
-    let mut at = 0;
-    let mut covariance = Joint::zeros();
-    // What two keyframes of the group have in common is counted as if it did not cancel.
-    let share = if beliefs.len() == 2 && beliefs.iter().all(Belief::is_of_group) { 2.0 } else { 1.0 };
-    for (place, belief) in beliefs.iter().enumerate() {
-        if let Some((_, by_anchor)) = belief.anchor {
-            by.fixed_view_mut::<6, 6>(6 * place, at).copy_from(&by_anchor);
-            at += 6;
-        }
-        covariance.fixed_view_mut::<6, 6>(6 * place, 6 * place).copy_from(&(belief.noise * share));
+fn contradiction(measurement: &Measurement, distance: f64) -> StateError {
+    let kind = measurement.kind().name();
+    let (first, second) = measurement.keyframes();
+    StateError::Contradiction {
+        field: format!("factor.{kind}"),
+        keyframes: second.map_or(first.to_string(), |second| format!("{first} and {second}")),
+        distance,
+        bound: CONTRADICTION,
+        loss: format!("robust.{kind}"),
     }
-    covariance += &by * known * by.transpose();
-    Ok(covariance)
-}
-
-type Joint = SMatrix<f64, 12, 12>;
-
-/// The least of |r(delta)|^2 + delta^T S^-1 delta over delta, if it is beyond `within`. A turn that is believed possible
-/// moves far places along an arc, so the measurement is linearised anew where it and the belief have met.
-fn least_distance_squared(
-    factor: &Factor,
-    beliefs: &[Belief],
-    covariance: &Joint,
-    mut linear: Linearized,
-    within: f64,
-) -> Option<f64> {
-    let mut step = Step::zeros();
-    let mut least = f64::INFINITY;
-    for _ in 0..ROUNDS {
-        let mut jacobian = SMatrix::<f64, 6, 12>::zeros();
-        jacobian.fixed_view_mut::<6, 6>(0, 0).copy_from(&linear.jacobians[0]);
-        jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(&linear.jacobians[1]);
-        // r(delta) = r + J (delta - step); rows that are not observed are zero in all.
-        let offset = linear.residual - jacobian * step;
-        let spread = Matrix6::identity() + jacobian * covariance * jacobian.transpose();
-        let weighed = Cholesky::new(spread)?.solve(&offset);
-        let distance = offset.dot(&weighed);
-        if distance <= within || distance.is_nan() {
-            return None;
-        }
-        least = least.min(distance);
-        step = -(covariance * jacobian.transpose() * weighed);
-        linear = linearized(factor, beliefs, &step)?;
-    }
-    Some(least)
-}
-
-/// The measurement at the beliefs moved by a step; none where it cannot be evaluated.
-fn linearized(factor: &Factor, beliefs: &[Belief], step: &Step) -> Option<Linearized> {
-    let moved = |place: usize| {
-        let belief: &Belief = beliefs.get(place)?;
-        Some(belief.world_from_body * se3::exp(&step.fixed_rows::<6>(6 * place).into_owned()))
-    };
-    factor.linearize(&moved(0)?, moved(1).as_ref()).ok()
 }

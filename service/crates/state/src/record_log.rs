@@ -5,13 +5,13 @@ use crate::history::{Entry, Record};
 use pdn_schemas::codec::CodecError;
 use pdn_schemas::record::Kind;
 
-/// Events turned away that a journal notes; what comes beyond is told on `out/rejected` only, so that a sender who
-/// is refused for ever does not fill the disk.
+/// Events turned away that a journal notes; what comes beyond is told on `out/rejected` only, so that a
+/// sender who is refused for ever does not fill the disk.
 pub const MAX_TURNED_AWAY: u64 = 1024;
 
 /// The history of one mission, seen from the mission.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Chronicle {
+pub(crate) struct RecordLog {
     /// Records so far, written or not.
     records: u64,
     turned_away: u64,
@@ -20,10 +20,10 @@ pub(crate) struct Chronicle {
     durable_seq: u64,
 }
 
-impl Chronicle {
+impl RecordLog {
     /// A history of so many records that nobody keeps.
-    pub(crate) fn after(records: u64) -> Chronicle {
-        Chronicle { records, ..Chronicle::default() }
+    pub(crate) fn after(records: u64) -> RecordLog {
+        RecordLog { records, ..RecordLog::default() }
     }
 
     /// From now on what is added after the first `records` waits to be written.
@@ -56,21 +56,30 @@ impl Chronicle {
         self.push(|| entry.record())
     }
 
-    /// Adds an entry that is made only if somebody writes.
+    /// Adds an entry that is encoded only if somebody writes.
     ///
     /// # Errors
-    /// As [`Chronicle::add`].
+    /// As [`RecordLog::add`].
     pub(crate) fn push(
         &mut self,
         record: impl FnOnce() -> Result<Record, CodecError>,
     ) -> Result<(), StateError> {
-        if let Some(unwritten) = &mut self.unwritten {
-            let told =
+        if self.is_kept() {
+            let describe =
                 |error| StateError::Internal { evidence: format!("a record cannot be written: {error}") };
-            unwritten.push(record().map_err(told)?);
+            self.push_record(record().map_err(describe)?);
+        } else {
+            self.records += 1;
+        }
+        Ok(())
+    }
+
+    /// Adds a record.
+    pub(crate) fn push_record(&mut self, record: Record) {
+        if let Some(unwritten) = &mut self.unwritten {
+            unwritten.push(record);
         }
         self.records += 1;
-        Ok(())
     }
 
     /// Notes an event that was turned away, as long as there is room for such notes.
@@ -88,7 +97,7 @@ impl Chronicle {
     }
 
     /// Every event below is durable.
-    pub(crate) fn settle(&mut self, durable_seq: u64) {
+    pub(crate) fn mark_durable(&mut self, durable_seq: u64) {
         self.durable_seq = self.durable_seq.max(durable_seq);
     }
 

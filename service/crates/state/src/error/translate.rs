@@ -1,7 +1,8 @@
-//! Findings of the kernel and the planner, told with the field or keyframe that the sender knows.
+//! Findings of the kernel and the planner, named by the field or keyframe that the sender knows.
 
 use crate::change::Measurement;
 use crate::error::StateError;
+use crate::limits::UNIT_TOLERANCE;
 use pdn_kernel::{KernelError, Node};
 use pdn_planning::PlanningError;
 
@@ -13,9 +14,7 @@ pub fn kernel(field: &str, error: KernelError) -> StateError {
         KernelError::NotSymmetric { .. } | KernelError::CovarianceNotPositiveDefinite { .. } => {
             StateError::NotPositiveDefinite { field, evidence: error.to_string() }
         }
-        KernelError::NotUnit { norm, .. } => {
-            StateError::NotUnit { field, norm, tolerance: super::shapes::UNIT_TOLERANCE }
-        }
+        KernelError::NotUnit { norm, .. } => StateError::NotUnit { field, norm, tolerance: UNIT_TOLERANCE },
         KernelError::NotPositive { value, .. } => StateError::OutOfRange { field, value, range: "above 0" },
         other => StateError::Invalid { field, problem: other.to_string() },
     }

@@ -5,7 +5,7 @@ use pdn_schemas::problem::Problem;
 
 /// What became of an event that was offered.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Offered {
+pub struct OfferOutcome {
     /// Id of the mission.
     pub mission: String,
     /// Events that were applied now: this one and those that waited for it.
@@ -34,9 +34,16 @@ impl Refusal {
     }
 }
 
-impl Offered {
-    pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> Offered {
+impl OfferOutcome {
+    /// Nothing has become of it yet.
+    pub(crate) fn of(mission: &str, next_seq: u64) -> OfferOutcome {
+        let mission = mission.to_string();
+        OfferOutcome { mission, applied: 0, repeat: false, refused: Vec::new(), next_seq }
+    }
+
+    /// It was refused.
+    pub(crate) fn refused(mission: &str, seq: u64, next_seq: u64, error: StateError) -> OfferOutcome {
         let refused = vec![Refusal { seq, error }];
-        Offered { mission: mission.to_string(), applied: 0, repeat: false, refused, next_seq }
+        OfferOutcome { refused, ..OfferOutcome::of(mission, next_seq) }
     }
 }
