@@ -19,9 +19,9 @@
 //!   missions: [`vehicle`].
 //!
 //! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is
-//! passed in, questions that take long are jobs that the caller runs where it likes, and what is to be written
-//! waits to be taken ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`], [`Vehicle::offer`],
-//! [`Vehicle::command`] and [`Mission::record`] are all that changes one.
+//! passed in, questions that take long are jobs that the caller runs where it likes, and what is to be
+//! written waits to be taken ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`],
+//! [`Vehicle::offer`], [`Vehicle::command`] and [`Mission::record`] are all that changes one.
 
 pub mod limits;
 
