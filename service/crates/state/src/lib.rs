@@ -4,21 +4,24 @@
 //! The modules stand in the order in which each rests on those before it; none names a later one.
 //!
 //! - How much is allowed: [`limits`]. Phases and what leads from one to another: [`lifecycle`].
-//! - What happens to a mission: [`event`], [`history`] (entry by entry), [`journal`] (the file that keeps it).
-//! - The mission's configuration in the types of the method: `settings`, `survey`. What an event says in these:
-//!   `change`. What can be refused, and why: [`error`], [`outcome`].
-//! - What is asked of a moment: `view` (immutable, at linearisation points by `relinearization`), [`request`].
+//! - What happens to a mission: [`event`], [`history`] (entry by entry), [`journal`] (the file of
+//!   it).
+//! - The mission's configuration in the types of the method: `settings`, `survey`. What an event says in
+//!   these: `change`. What can be refused, and why: [`error`], [`outcome`].
+//! - What is asked of a moment: `view` (immutable, linearised by `relinearization`), [`request`].
 //! - Where the messages of the contract meet the types of the method, and nowhere else: `convert`.
-//! - What events add up to: `gate` (whether a measurement can be true), `graph_builder` (which keyframes are in the
-//!   graph and which measurements wait for one), `coverage_tracker` (the area), `fold` (all of it, and P_L).
+//! - What events add up to: `gate` (whether a measurement can be true), `graph_builder` (which keyframes are
+//!   in the graph and which measurements wait for one), `coverage_tracker` (the area), `fold` (all of it, and
+//!   P_L).
 //! - The order of events: `ingest`. What of a history is still to be written: `record_log`.
-//! - What is answered: [`answer`]. One mission: [`mission`], and what spares solving for it again: [`checkpoint`]. A
-//!   mission from its journal: [`recovery`]; its decisions once more: [`replay`]. Who owns missions: [`vehicle`].
+//! - What is answered: [`answer`]. One mission: [`mission`], and what spares solving for it again:
+//!   [`checkpoint`]. A mission from its journal: [`recovery`]; its decisions once more: [`replay`]. Who owns
+//!   missions: [`vehicle`].
 //!
-//! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is passed in,
-//! questions that take long are jobs that the caller runs where it likes, and what is to be written waits to be
-//! taken ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`], [`Vehicle::offer`], [`Vehicle::command`] and
-//! [`Mission::record`] are all that changes one.
+//! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is
+//! passed in, questions that take long are jobs that the caller runs where it likes, and what is to be
+//! written waits to be taken ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`],
+//! [`Vehicle::offer`], [`Vehicle::command`] and [`Mission::record`] are all that changes one.
 
 pub mod limits;
 

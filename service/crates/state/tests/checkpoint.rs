@@ -196,10 +196,10 @@ fn survey(keyframes: u64) -> Script {
     script
 }
 
-/// A restart from the last checkpoint solves for no more than came after it, so it takes a small part of the time
-/// in which the mission was lived: a 26th was measured with 1,500 keyframes, a 41st with the 20,000 of
-/// `PDN_TORTURE`. The bounds are five times that, and load of the machine is on both sides; a restart without its
-/// checkpoint takes as long as living.
+/// A restart from the last checkpoint solves for no more than came after it, so it takes a small part of the
+/// time in which the mission was lived: a 26th was measured with 1,500 keyframes, a 41st with the 20,000 of
+/// `PDN_TORTURE`. The bounds are five times that, and load of the machine is on both sides; a restart without
+/// its checkpoint takes as long as living.
 #[test]
 fn a_long_mission_restarts_in_a_small_part_of_its_time() {
     let (keyframes, part) = if std::env::var_os("PDN_TORTURE").is_some() { (20_000, 8) } else { (1_500, 5) };
