@@ -5,8 +5,9 @@
 //!
 //! Reading order: [`shared`] (poses, covariances), [`event`] (what a vehicle sends), [`config`] (what a
 //! mission is), [`command`] and [`reply`] (what is asked and answered), then how they travel: [`ids`],
-//! [`topics`] and [`keys`] (under which name), [`codec`] (as which bytes), [`registry`] (with which layout),
-//! [`problem`] (what is refused, and why) and [`limits`]; [`record`] is what the journal keeps besides.
+//! [`topics`] and [`keys`] (under which name), [`limits`] and [`problem`] (what is refused, and why),
+//! [`record`] (what the journal keeps besides), [`message`] (which of all these travel), [`registry`] (with
+//! which layout) and [`codec`] (as which bytes).
 //!
 //! Conventions: the world frame is north-east-down in metres, `z` is depth; a pose is `world_from_body`; a
 //! tangent vector is `[rho (m); phi (rad)]`, translation first, perturbing on the right in the body frame;
@@ -25,13 +26,16 @@ pub mod ids;
 pub mod keys;
 pub mod topics;
 
-pub mod codec;
-pub mod registry;
-
 pub mod limits;
 pub mod problem;
 
 pub mod record;
+
+pub mod message;
+
+pub mod registry;
+
+pub mod codec;
 
 pub use command::{Command, EvaluateRequest};
 pub use config::MissionConfig;

@@ -5,9 +5,7 @@
 //! the same: one codec, one way of hashing a layout. How records lie in a file is `pdn_state::journal`'s.
 
 use crate::config::MissionConfig;
-use crate::registry::layout_hash;
-use crate::reply::{Decision, Problem};
-use crate::{Factor, Keyframe, LinkOutcome};
+use crate::reply::Decision;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,11 +36,6 @@ macro_rules! kinds {
             /// The name of the message or record that is its payload.
             pub const fn schema(self) -> &'static str {
                 match self { $(Kind::$variant => stringify!($schema),)+ }
-            }
-
-            /// The hash of that one's layout.
-            pub fn layout_hash(self) -> u64 {
-                match self { $(Kind::$variant => layout_hash::<$schema>(),)+ }
             }
 
             /// What it says.

@@ -4,9 +4,10 @@
 //! message reaches, itself included, sorted by name; [`describe`] writes a layout. It changes exactly when
 //! the bytes or the names of fields and variants change, and not with docs or defaults.
 
-use crate::codec::{Message, MessageVisitor, visit_messages, visit_records};
 use crate::config::{Criterion, Loss};
 use crate::event::{Appearance, FactorKind};
+use crate::message::{Message, MessageVisitor, visit_messages, visit_records};
+use crate::record::Kind;
 use crate::reply::{Action, Phase, Policy};
 use serde::de::DeserializeOwned;
 use serde_reflection::{
@@ -87,6 +88,11 @@ pub fn layout_hash<T: Message>() -> u64 {
 /// The hash of every message, by name.
 pub fn layout_hashes() -> BTreeMap<&'static str, u64> {
     message_names().into_iter().map(|name| (name, all_hashes()[name])).collect()
+}
+
+/// The hash of the layout of what the journal's records of a kind hold.
+pub fn kind_layout_hash(kind: Kind) -> u64 {
+    all_hashes()[kind.schema()]
 }
 
 fn all_hashes() -> &'static BTreeMap<&'static str, u64> {

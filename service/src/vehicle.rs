@@ -6,9 +6,9 @@
 //! changes nothing is computed on the pool (`planner`), and the network has threads of its own
 //! (`pdn_transport::outgoing`).
 //!
-//! Reading order: here the loop; `events` (what vehicles publish), `commands`, `questions` (from the question to the job), `jobs` (how many run at once), `replies`
-//! (from the outcome to the reply), `deferred` (questions that wait for an event), `acknowledge` (when
-//! `out/ack` is due).
+//! Reading order: here the loop; `events` (what vehicles publish), `commands`, `questions` (from the question
+//! to the job), `jobs` (how many run at once), `replies` (from the outcome to the reply), `deferred`
+//! (questions that wait for an event), `acknowledge` (when `out/ack` is due).
 
 mod events;
 

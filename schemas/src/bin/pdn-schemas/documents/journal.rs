@@ -4,6 +4,7 @@ use super::head;
 use pdn_schemas::record::{
     Bounds, CommandTaken, Configured, DecisionTaken, JOURNAL_FORMAT, Kind, Reopened, UnreadEvent,
 };
+use pdn_schemas::registry::kind_layout_hash;
 use schemars::{Schema, schema_for};
 use std::fmt::Write;
 
@@ -70,7 +71,7 @@ pub(super) fn journal() -> String {
             kind.number(),
             kind.name(),
             kind.schema(),
-            kind.layout_hash(),
+            kind_layout_hash(*kind),
             kind.meaning()
         );
     }

@@ -18,6 +18,7 @@ use crate::history::Record;
 use crate::journal::error::JournalError;
 use pdn_schemas::limits::MAX_REPLY_BYTES;
 use pdn_schemas::record::Kind;
+use pdn_schemas::registry::kind_layout_hash;
 use std::sync::LazyLock;
 
 /// What a frame begins with.
@@ -118,7 +119,7 @@ impl<'a> Frame<'a> {
 pub(crate) fn layouts() -> u32 {
     static LAYOUTS: LazyLock<u32> = LazyLock::new(|| {
         let mut crc = crc32fast::Hasher::new();
-        Kind::ALL.iter().for_each(|kind| crc.update(&kind.layout_hash().to_le_bytes()));
+        Kind::ALL.iter().for_each(|kind| crc.update(&kind_layout_hash(*kind).to_le_bytes()));
         crc.finalize()
     });
     *LAYOUTS

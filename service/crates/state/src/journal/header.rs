@@ -3,6 +3,7 @@
 use crate::history::SOFTWARE;
 use crate::journal::error::JournalError;
 use pdn_schemas::record::{JOURNAL_FORMAT, Kind};
+use pdn_schemas::registry::kind_layout_hash;
 use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
 
 const HEADER: TableDefinition<&str, &str> = TableDefinition::new("header");
@@ -37,7 +38,7 @@ impl Header {
         header.insert("software", self.software.as_str())?;
         let mut layouts = group.open_table(LAYOUTS)?;
         for kind in Kind::ALL {
-            layouts.insert(kind.schema(), kind.layout_hash())?;
+            layouts.insert(kind.schema(), kind_layout_hash(*kind))?;
         }
         Ok(())
     }
@@ -57,7 +58,7 @@ impl Header {
         }
         let layouts = read.open_table(LAYOUTS)?;
         for kind in Kind::ALL {
-            let (schema, expected) = (kind.schema(), kind.layout_hash());
+            let (schema, expected) = (kind.schema(), kind_layout_hash(*kind));
             let found = ReadableTable::get(&layouts, schema)?.map_or(0, |hash| hash.value());
             if found != expected {
                 return Err(JournalError::Layout { schema: schema.to_owned(), found, expected, software });
