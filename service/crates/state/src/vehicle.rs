@@ -1,4 +1,4 @@
-//! The missions of one vehicle, owned by one task.
+//! The missions of one vehicle, owned by one thread.
 
 use crate::error::{Absence, StateError};
 use crate::event::Event;
