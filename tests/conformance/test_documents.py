@@ -207,7 +207,7 @@ def test_every_invariant_is_held_by_tests_that_exist() -> None:
 
 def keys_of(files: tuple[str, ...]) -> dict[str, set[str]]:
     """The keys of sources, in brackets, that each file names; this one only speaks of them."""
-    key = re.compile(r"\[([A-Z][A-Z]*\d{1,2})(?:,[^\]\n]*)?\]")
+    key = re.compile(r"\[([A-Z][A-Z]*\d{1,2})(?:,[^\]\n]*)?\\?\]")
     this = Path(__file__).relative_to(ROOT).as_posix()
     return {file: set(key.findall((ROOT / file).read_text())) for file in files if file != this}
 

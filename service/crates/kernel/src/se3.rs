@@ -1,8 +1,8 @@
 //! Rigid-body motions: exponential, logarithm, adjoint and Jacobians of SE(3).
 //!
-//! Tangent vectors are xi = [rho (3, m); phi (3, rad)], translation first. The Jacobians are closed forms
-//! built on one observation: the block that couples translation with rotation is the directional derivative,
-//! along rho, of the corresponding Jacobian of SO(3) at phi.
+//! Tangent vectors are xi = [rho (3, m); phi (3, rad)], translation first \[SDA18\]. The Jacobians are
+//! closed forms built on one observation: the block that couples translation with rotation is the directional
+//! derivative, along rho, of the corresponding Jacobian of SO(3) at phi.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, Vector3, Vector6};
 

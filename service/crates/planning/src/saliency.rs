@@ -1,4 +1,4 @@
-//! Visual saliency [PDN12, III.A]: what an image is worth for registration.
+//! Visual saliency [PDN12, III.A] [KE13]: what an image is worth for registration.
 
 use crate::error::PlanningError;
 use crate::settings::check_share;

@@ -96,8 +96,8 @@ impl Elimination {
         (0..self.len() as u32).map(|node| *solution.value(node)).collect()
     }
 
-    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one path to the root. Errors:
-    /// [`KernelError::UnknownNode`].
+    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one path to the root.
+    /// Errors: [`KernelError::UnknownNode`].
     pub fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
         self.check(node)?;
         Ok(marginals::marginal(&self.tree, node.0))

@@ -2,12 +2,12 @@
 //!
 //! Lambda = L L^T is factored in 6x6 blocks, many nodes at a time: a *front* is a dense matrix over the nodes
 //! it eliminates and the later nodes these are joined to (its separator). What the elimination leaves on the
-//! separator, the *update matrix*, is added to the front above (Duff and Reid 1983). The order is nested
+//! separator, the *update matrix*, is added to the front above \[DR83\]. The order is nested
 //! dissection, which keeps the tree flat; each front keeps its factor and its update matrix, so that
 //!
-//! - new factors eliminate only the fronts they touch and those above \[Kaess 2012, iSAM2's idea\],
+//! - new factors eliminate only the fronts they touch and those above \[ISAM2\],
 //! - a candidate path does the same with its virtual nodes added, and leaves the tree as it is,
-//! - covariances come down the same tree (Takahashi's recursion).
+//! - covariances come down the same tree (Takahashi's recursion \[TFC73\]).
 //!
 //! Reading order: `system` (the blocks), `engine` (all that can be asked), `order` (the order of
 //! elimination), `symbolic` (the fronts), `front` and `assembly` (their numbers), `tree` and `restructure`

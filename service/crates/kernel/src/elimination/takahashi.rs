@@ -1,4 +1,4 @@
-//! Covariances from the factor, front by front from the root down (Takahashi, Fagan, Chin 1973).
+//! Covariances from the factor, front by front from the root down \[TFC73\].
 
 use nalgebra::Matrix6;
 

@@ -3,9 +3,9 @@
 //! Every keyframe has a linearisation point theta and a step delta; the estimate is theta * Exp(delta). The
 //! information matrix J^T W J is always that at the linearisation points. New factors are linearised there
 //! and eliminated; where the step exceeds a tolerance the linearisation point follows the estimate, and all
-//! of the keyframe's factors are linearised anew: Gauss-Newton on the part of the graph that moves \[Kaess
-//! 2012\]. Robust losses are weighed at the linearisation point, which makes it iteratively re-weighted least
-//! squares.
+//! of the keyframe's factors are linearised anew: Gauss-Newton on the part of the graph that moves
+//! \[ISAM2\]. Robust losses are weighed at the linearisation point, which makes it iteratively re-weighted
+//! least squares.
 
 mod blocks;
 mod factor_list;

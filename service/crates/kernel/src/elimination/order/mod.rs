@@ -1,4 +1,5 @@
-//! The order of elimination: nested dissection down to small parts, and minimum degree within them.
+//! The order of elimination: nested dissection \[GEO73\] down to small parts, and minimum degree
+//! within them.
 //!
 //! Reading order: `graph` (what is ordered), `dissection` (the order), `bisection` (where a part is divided),
 //! `separator` (how a division is improved), `minimum_degree` (the parts that are not divided).

@@ -1,5 +1,5 @@
-//! Sigma_nn of many paths over one elimination, one after the other \[PDN12, eq. 4\]: each is checked, analysed
-//! and eliminated.
+//! Sigma_nn of many paths over one elimination, one after the other \[PDN12, eq. 4\]: each is checked,
+//! analysed and eliminated.
 
 use nalgebra::Matrix6;
 
