@@ -2,14 +2,14 @@
 //! variant tags) and JSON. This is the only file that uses `bincode`.
 //!
 //! Reading order: [`Message`] and what is one, [`encode`] and [`decode`], then `encoding` (the string that names
-//! format, message and layout), `head` (who sent an event whose body cannot be read), `finite` and `error`.
+//! format, message and layout, and [`decode_encoded`] by it), `head` (who sent an event whose body cannot be read), `finite` and `error`.
 
 mod encoding;
 mod error;
 mod finite;
 mod head;
 
-pub use encoding::{encoding, format_of};
+pub use encoding::{decode_encoded, encoding, format_of};
 pub use error::CodecError;
 pub use head::{Head, decode_head};
 
@@ -159,7 +159,7 @@ pub fn decode<T: Message>(bytes: &[u8], format: Format) -> Result<T, CodecError>
     }
 }
 
-fn check_size<T: Message>(bytes: usize) -> Result<(), CodecError> {
+pub(crate) fn check_size<T: Message>(bytes: usize) -> Result<(), CodecError> {
     let limit = T::BOUND.max_bytes();
     if bytes > limit {
         return Err(CodecError::TooLarge { message: T::NAME, bytes, limit });

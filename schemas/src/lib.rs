@@ -5,8 +5,8 @@
 //!
 //! Reading order: [`shared`] (poses, covariances), [`event`] (what a vehicle sends), [`config`] (what a mission
 //! is), [`command`] and [`reply`] (what is asked and answered), then how they travel: [`ids`], [`topics`] and
-//! [`keys`] (under which name), [`codec`] (as which bytes), [`registry`] (with which layout), [`problem`] (what is
-//! refused, and why) and [`limits`]; [`record`] is what the journal keeps besides.
+//! [`keys`] (under which name), [`codec`] (as which bytes), [`registry`] (with which layout), [`history`] (with which
+//! earlier ones), [`problem`] (what is refused, and why) and [`limits`]; [`record`] is what the journal keeps besides.
 //!
 //! Conventions: the world frame is north-east-down in metres, `z` is depth; a pose is `world_from_body`; a
 //! tangent vector is `[rho (m); phi (rad)]`, translation first, perturbing on the right in the body frame; every
@@ -26,6 +26,7 @@ pub mod keys;
 pub mod topics;
 
 pub mod codec;
+pub mod history;
 pub mod registry;
 
 pub mod limits;
