@@ -36,7 +36,8 @@ make_image() { # image, packages, function that adds to the tree
 
 add_rust() {
   local toolchain
-  toolchain=$(rustc --print sysroot) || fail "rust:1-bookworm is made from this machine's toolchain, but rustc is missing"
+  toolchain=$(rustc --print sysroot) ||
+    fail "rust:1-bookworm is made from this machine's toolchain, but rustc is missing"
   mkdir -p "$1/usr/local/rust"
   cp -a "$toolchain"/{bin,lib} "$1/usr/local/rust/"
   ln -s /usr/local/rust/bin/{cargo,rustc,rustdoc} "$1/usr/local/bin/"

@@ -29,6 +29,21 @@ def wait_until(condition: Callable[[], bool], what: str, bound_s: float = 20.0) 
         time.sleep(0.01)
 
 
+def outage(duration_s: float) -> None:
+    """Lets an outage last: its length is what the test gives, not a wait for something to happen."""
+    time.sleep(duration_s)
+
+
+@pytest.fixture(params=["ratios", pytest.param("figures", marks=pytest.mark.torture)])
+def quiet_machine(request: pytest.FixtureRequest) -> bool:
+    """Whether a test may also ask for its figures in seconds, which the machine's load decides.
+
+    `make test` may run on a busy machine and compares with what that does at the same moment; `make torture`
+    wants a quiet one.
+    """
+    return request.param == "figures"
+
+
 @dataclass
 class Daemon:
     """A running pdnd."""

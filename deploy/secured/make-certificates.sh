@@ -3,11 +3,12 @@
 #
 #   make-certificates.sh DIR [--host NAME_OR_ADDRESS]... [--days N] [ROLE]...
 #
-# Leaves in DIR: ca.pem and ca.key, pdnd.pem and pdnd.key for the daemon, and ROLE.pem and ROLE.key for each role
-# (vehicle, operator and observer if none is named). The role stands in the certificate as its common name, which
-# is what zenoh.json5 beside this file goes by. The daemon's certificate is for localhost, 127.0.0.1, ::1 and each
-# --host: clients refuse an address that it does not name. What is in DIR already is kept, so that certificates can
-# be added later; to renew one, remove it first. Keep ca.key away from the vehicle: who has it can be anyone.
+# Leaves in DIR: ca.pem and ca.key, pdnd.pem and pdnd.key for the daemon, and ROLE.pem and ROLE.key for each
+# role (vehicle, operator and observer if none is named). The role stands in the certificate as its common
+# name, which is what zenoh.json5 beside this file goes by. The daemon's certificate is for localhost,
+# 127.0.0.1, ::1 and each --host: clients refuse an address that it does not name. What is in DIR already is
+# kept, so that certificates can be added later; to renew one, remove it first. Keep ca.key away from the
+# vehicle: who has it can be anyone.
 set -eu
 umask 077
 
@@ -54,7 +55,8 @@ issue() {
 if [ ! -e "$dir/ca.pem" ]; then
   openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -keyout "$dir/ca.key" -sha256 \
     -days 3650 -subj "/O=pdn/CN=pdn authority" -out "$dir/ca.pem" \
-    -addext "basicConstraints=critical,CA:TRUE,pathlen:0" -addext "keyUsage=critical,keyCertSign,cRLSign" 2>/dev/null
+    -addext "basicConstraints=critical,CA:TRUE,pathlen:0" \
+    -addext "keyUsage=critical,keyCertSign,cRLSign" 2>/dev/null
   chmod 644 "$dir/ca.pem"
   echo "$dir/ca.pem"
 fi

@@ -1,8 +1,9 @@
 //! How messages travel: bincode (legacy layout: little-endian, fixed-width integers, 64-bit lengths, 32-bit
 //! variant tags) and JSON. This is the only file that uses `bincode`.
 //!
-//! Reading order: [`Message`] and what is one, [`encode`] and [`decode`], then `encoding` (the string that names
-//! format, message and layout, and [`decode_encoded`] by it), `head` (who sent an event whose body cannot be read), `finite` and `error`.
+//! Reading order: [`Message`] and what is one, [`encode`] and [`decode`], then `encoding` (the string that
+//! names format, message and layout, and [`decode_encoded`] by it), `head` (who sent an event whose body
+//! cannot be read), `finite` and `error`.
 
 mod encoding;
 mod error;
@@ -36,17 +37,6 @@ pub enum Format {
     Json,
     /// bincode with the legacy layout.
     Bincode,
-}
-
-impl Format {
-    /// The format that the query parameter `encoding=` names.
-    pub fn from_parameter(value: &str) -> Option<Format> {
-        match value {
-            "json" => Some(Format::Json),
-            "bincode" => Some(Format::Bincode),
-            _ => None,
-        }
-    }
 }
 
 /// How large a message may be.
@@ -149,8 +139,8 @@ pub fn encode<T: Message>(message: &T, format: Format) -> Result<Vec<u8>, CodecE
 /// The message of a payload; every byte of it must belong to the message.
 ///
 /// # Errors
-/// Says what is wrong and where. Takes no more memory than a small multiple of the payload, whatever lengths the
-/// payload claims.
+/// Says what is wrong and where. Takes no more memory than a small multiple of the payload, whatever lengths
+/// the payload claims.
 pub fn decode<T: Message>(bytes: &[u8], format: Format) -> Result<T, CodecError> {
     check_size::<T>(bytes.len())?;
     match format {

@@ -1,7 +1,7 @@
 //! What a mission is: the payload of `op/configure`, as JSON, bincode or a TOML file.
 //!
-//! In JSON and TOML every field but `mission` and `target` may be left out; it then has the default that stands
-//! in its doc, which is the paper's figure where the paper gives one.
+//! In JSON and TOML every field but `mission` and `target` may be left out; it then has the default that
+//! stands in its doc, which is the paper's figure where the paper gives one.
 
 use crate::shared::Pose;
 use schemars::JsonSchema;
@@ -45,14 +45,16 @@ pub struct MissionConfig {
     /// Edge of a cell of the coverage raster, m; default 0.1.
     #[serde(default = "cell_m")]
     pub cell_m: f64,
-    /// The planned way over the target, world points in m, of which the remaining length is told; default null.
+    /// The planned way over the target, world points in m, of which the remaining length is told; default
+    /// null.
     #[serde(default)]
     pub survey: Option<Vec<[f64; 3]>>,
     /// Prior on the first keyframe at the pose that its event carries; null if a `prior` factor will come.
     #[serde(default = "FirstKeyframeSigmas::some_default")]
     pub first_keyframe_sigmas: Option<FirstKeyframeSigmas>,
     /// A measurement of a kind without a robust loss that lies farther than this from what is believed of its
-    /// keyframes is refused as `contradiction`, in standard deviations (Mahalanobis); default 20, null for no gate.
+    /// keyframes is refused as `contradiction`, in standard deviations (Mahalanobis); default 20, null for no
+    /// gate.
     #[serde(default = "gate_sigmas")]
     pub gate_sigmas: Option<f64>,
 }
@@ -84,7 +86,8 @@ pub struct Facet {
     pub length_v_m: f64,
 }
 
-/// Standard deviations whose product is the sixth-root determinant that uncertainty is measured by [PDN12, IV.A].
+/// Standard deviations whose product is the sixth-root determinant that uncertainty is measured by
+/// [PDN12, IV.A].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Allowable {
@@ -112,8 +115,8 @@ impl Default for Allowable {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Camera {
-    /// Pose of the camera (x right, y down, z along the optical axis) in the body frame (x forward, y right, z
-    /// down); default looks straight down, image top forward.
+    /// Pose of the camera (x right, y down, z along the optical axis) in the body frame (x forward, y right,
+    /// z down); default looks straight down, image top forward.
     pub body_from_camera: Pose,
     /// Full angle along the camera's x axis, deg; default 56.
     pub horizontal_fov_deg: f64,
@@ -197,12 +200,12 @@ pub struct Planner {
     pub eps_m: f64,
     /// Keyframes within that radius, itself included, that make a core point; default 4.
     pub min_points: u32,
-    /// Greatest distance of a cluster's keyframes from the one that represents it, m; what is farther is represented
-    /// by another. Default null: 24 times the median distance of consecutive keyframes.
+    /// Greatest distance of a cluster's keyframes from the one that represents it, m; what is farther is
+    /// represented by another. Default null: 24 times the median distance of consecutive keyframes.
     pub max_cluster_radius_m: Option<f64>,
     /// Greatest distance of two keyframes that the search connects, m; default null: 2.6 times the median
-    /// distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths can
-    /// only go back the way that the vehicle came.
+    /// distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths
+    /// can only go back the way that the vehicle came.
     pub edge_radius_m: Option<f64>,
     /// Greatest distance of successive virtual nodes, m; default null: the median distance of consecutive
     /// keyframes.
@@ -219,8 +222,8 @@ pub struct Planner {
     pub max_links: u32,
     /// Width that a pass photographs, m; default 1.6.
     pub swath_m: f64,
-    /// Whether virtual nodes get the information of attitude and depth sensors; default true. False gives eq. (4)
-    /// of the paper to the letter.
+    /// Whether virtual nodes get the information of attitude and depth sensors; default true. False gives
+    /// eq. (4) of the paper to the letter.
     pub expect_absolute: bool,
     /// The scalar of a covariance that uncertainty is; default `determinant` [PDN12, eq. 5].
     pub criterion: Criterion,
@@ -261,9 +264,9 @@ pub enum Criterion {
 pub struct LinkModel {
     /// Bins of each of the two saliencies, of equal width on [0, 1]; default 5.
     pub bins: u32,
-    /// Beta prior `[a, b]` of each bin, row-major, symmetric, `bins * bins` pairs; default: 200 earlier proposals
-    /// a bin, of which 85 % were registered where both saliencies are at least 0.5 (by the bin's centre), 5 %
-    /// where one is, 0.5 % where none is.
+    /// Beta prior `[a, b]` of each bin, row-major, symmetric, `bins * bins` pairs; default: 200 earlier
+    /// proposals a bin, of which 85 % were registered where both saliencies are at least 0.5 (by the bin's
+    /// centre), 5 % where one is, 0.5 % where none is.
     pub prior: Vec<[f64; 2]>,
 }
 

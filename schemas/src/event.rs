@@ -115,8 +115,8 @@ pub enum FactorKind {
     Attitude {
         /// The keyframe.
         keyframe: u64,
-        /// Measured rotation of `world_from_body`, `[x, y, z, w]`. Where the heading is not observed, put in the one that
-        /// the vehicle believes: one that is far off distorts the two tilt rows.
+        /// Measured rotation of `world_from_body`, `[x, y, z, w]`. Where the heading is not observed, put in
+        /// the one that the vehicle believes: one that is far off distorts the two tilt rows.
         rotation: [f64; 4],
         /// Variance of each tilt, rad^2.
         tilt_variance_rad2: f64,
@@ -143,7 +143,8 @@ pub enum FactorKind {
     },
 }
 
-/// `in/link`: whether a registration that the vehicle tried has succeeded. The factor of a success comes as well.
+/// `in/link`: whether a registration that the vehicle tried has succeeded. The factor of a success comes as
+/// well.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LinkOutcome {

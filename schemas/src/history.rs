@@ -1,11 +1,13 @@
 //! What earlier versions wrote stays readable.
 //!
-//! Each generation of layouts that was ever released stands in `schemas/history/N.json`, and the newest is the present
-//! one. A bincode payload of an earlier generation is read by the text of its layout and then taken as the same
-//! message in JSON would be: a field that has come since takes its default, or what was so before it came. So a layout may grow by fields that have
-//! one, and by variants at the end of an enum; nothing is taken away, renamed or reordered.
+//! Each generation of layouts that was ever released stands in `schemas/history/N.json`, and the newest is
+//! the present one. A bincode payload of an earlier generation is read by the text of its layout and then
+//! taken as the same message in JSON would be: a field that has come since takes its default, or what was so
+//! before it came. So a layout may grow by fields that have one, and by variants at the end of an enum;
+//! nothing is taken away, renamed or reordered.
 //!
-//! Reading order: here which generation a layout is of, `layout` (the text of a layout), `value` (a payload by it).
+//! Reading order: here which generation a layout is of, `layout` (the text of a layout), `value` (a payload
+//! by it).
 
 mod layout;
 mod value;
@@ -20,7 +22,8 @@ use std::sync::LazyLock;
 /// The files of all generations, oldest first.
 const FILES: [&str; 2] = [include_str!("../history/1.json"), include_str!("../history/2.json")];
 
-/// What was so before a field came that tells it, where that is not the field's default: container, field, value.
+/// What was so before a field came that tells it, where that is not the field's default: container, field,
+/// value.
 const IMPLIED: [(&str, &str, f64); 1] = [("Planner", "max_cluster_radius_m", f64::MAX)];
 
 /// The layouts of all messages and records at one time.
@@ -69,7 +72,8 @@ impl Generation {
     /// The message of a bincode payload that was written in this generation.
     ///
     /// # Errors
-    /// As [`crate::codec::decode`]; [`CodecError::Json`] if the message has since come to want what was not written.
+    /// As [`crate::codec::decode`]; [`CodecError::Json`] if the message has since come to want what was not
+    /// written.
     pub fn decode<T: Message>(&self, bytes: &[u8]) -> Result<T, CodecError> {
         check_size::<T>(bytes.len())?;
         let value = value::read(&self.layouts, T::NAME, bytes)?;
@@ -146,7 +150,8 @@ mod tests {
         }
     }
 
-    /// Reading by the text of a layout is another way to the same message: the golden vectors hold it to the first.
+    /// Reading by the text of a layout is another way to the same message: the golden vectors hold it to the
+    /// first.
     #[test]
     fn a_payload_read_by_the_text_of_its_layout_is_the_message() {
         struct Vectors(usize);

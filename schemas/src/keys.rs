@@ -24,11 +24,6 @@ pub fn key(vehicle: &VehicleId, topic: Topic) -> String {
     format!("{ROOT}/{vehicle}/{VERSION}/{}", topic.suffix())
 }
 
-/// The liveliness key of one console.
-pub fn console_key(vehicle: &VehicleId, console: &ConsoleName) -> String {
-    format!("{ROOT}/{vehicle}/{VERSION}/alive/console/{console}")
-}
-
 /// A pattern that matches the topic of every vehicle: what the service declares.
 pub fn every_vehicle(topic: Topic) -> String {
     format!("{ROOT}/*/{VERSION}/{}", topic.suffix())
@@ -44,11 +39,6 @@ pub fn every_vehicle_and_topic(role: Role) -> String {
         Role::Liveliness => "alive/**",
     };
     format!("{ROOT}/*/{VERSION}/{rest}")
-}
-
-/// A pattern that matches all that a role says of one vehicle: `pdn/{vehicle}/v1/out/*`, ...
-pub fn every_topic(vehicle: &VehicleId, role: Role) -> String {
-    every_vehicle_and_topic(role).replacen('*', vehicle.as_str(), 1)
 }
 
 /// A key without wildcards, taken apart.
@@ -126,7 +116,7 @@ mod tests {
             assert_eq!(parsed, Key { vehicle: vehicle.clone(), topic, console: None });
         }
         let console = ConsoleName::new("bridge").unwrap();
-        let parsed = Key::parse(&console_key(&vehicle, &console)).unwrap();
+        let parsed = Key::parse("pdn/auv-1/v1/alive/console/bridge").unwrap();
         assert_eq!(parsed, Key { vehicle, topic: Topic::AliveConsole, console: Some(console) });
     }
 

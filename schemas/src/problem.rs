@@ -62,7 +62,8 @@ codes! {
         "A number lies outside the range that its field allows.",
         "The message names the field, the value and the range.";
     DegenerateBaseline "degenerate_baseline":
-        "The two cameras of a camera factor are closer than `min_baseline_m`, so its direction means nothing.",
+        "The two cameras of a camera factor are closer than `min_baseline_m`, so its direction means \
+         nothing.",
         "Leave the factor out, or register images that are farther apart.";
     UnknownKeyframe "unknown_keyframe":
         "The event or question names a keyframe that the mission does not have.",
@@ -78,7 +79,8 @@ codes! {
         "Tie the keyframe that the message names by a prior, odometry or relative factor.";
     Contradiction "contradiction":
         "The measurement lies so far from what the graph says of its keyframes that it cannot be true.",
-        "Check how it was made; a robust loss for its kind in the configuration weighs outliers down instead.";
+        "Check how it was made; a robust loss for its kind in the configuration weighs outliers down \
+         instead.";
     Limit "limit":
         "A bound on counts is reached; `limits` names it.",
         "The message names the bound; if it is events that wait, send the missing ones first.";

@@ -1,7 +1,8 @@
-//! What the journal keeps of a mission besides the messages that travel: `schemas/journal.md` is written from here.
+//! What the journal keeps of a mission besides the messages that travel: `schemas/journal.md` is written from
+//! here.
 //!
-//! Records are read by this service and by whoever takes a journal apart, never sent. They are messages all the
-//! same: one codec, one way of hashing a layout. How records lie in a file is `pdn_state::journal`'s.
+//! Records are read by this service and by whoever takes a journal apart, never sent. They are messages all
+//! the same: one codec, one way of hashing a layout. How records lie in a file is `pdn_state::journal`'s.
 
 use crate::config::MissionConfig;
 use crate::registry::layout_hash;
@@ -10,7 +11,8 @@ use crate::{Factor, Keyframe, LinkOutcome};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Version of the journal's format: of its tables, its frames and the numbers of kinds. A reader refuses any other.
+/// Version of the journal's format: of its tables, its frames and the numbers of kinds. A reader refuses any
+/// other.
 pub const JOURNAL_FORMAT: u32 = 1;
 
 macro_rules! kinds {
@@ -56,9 +58,11 @@ kinds! {
     Keyframe 2 "keyframe" Keyframe "An event that has consumed its number, as it came.";
     Factor 3 "factor" Factor "An event that has consumed its number, as it came.";
     Link 4 "link" LinkOutcome "An event that has consumed its number, as it came.";
-    Unread 5 "unread" UnreadEvent "An event of which only the head could be read; it has consumed its number.";
+    Unread 5 "unread" UnreadEvent "An event of which only the head could be read; it has consumed its \
+                                   number.";
     Refused 6 "refused" Problem "What was refused by the record before, this event or an earlier one.";
-    TurnedAway 7 "turned_away" Problem "An event that was refused and has consumed no number; it changed nothing.";
+    TurnedAway 7 "turned_away" Problem "An event that was refused and has consumed no number; it changed \
+                                        nothing.";
     Command 8 "command" CommandTaken "A command was carried out.";
     Decided 9 "decided" DecisionTaken "A decision was taken.";
     Reopened 10 "reopened" Reopened "The daemon was started anew; a mission that was active is held.";

@@ -1,8 +1,8 @@
 //! The layout of every message, extracted from the types themselves, and its hash.
 //!
-//! The hash of a message is FNV-1a (64 bits) over the lines `Name=layout\n` of the containers that the message
-//! reaches, itself included, sorted by name; [`describe`] writes a layout. It changes exactly when the bytes or
-//! the names of fields and variants change, and not with docs or defaults.
+//! The hash of a message is FNV-1a (64 bits) over the lines `Name=layout\n` of the containers that the
+//! message reaches, itself included, sorted by name; [`describe`] writes a layout. It changes exactly when
+//! the bytes or the names of fields and variants change, and not with docs or defaults.
 
 use crate::codec::{Message, MessageVisitor, visit_messages, visit_records};
 use crate::config::{Criterion, Loss};
@@ -78,7 +78,8 @@ pub fn record_names() -> Vec<&'static str> {
     names.0
 }
 
-/// The hash of the layout of a message (the sixteen hexadecimal digits after the `#` of its encoding) or record.
+/// The hash of the layout of a message (the sixteen hexadecimal digits after the `#` of its encoding) or
+/// record.
 pub fn layout_hash<T: Message>() -> u64 {
     all_hashes()[T::NAME]
 }
@@ -160,8 +161,8 @@ fn describe_tuple(parts: &[Format]) -> String {
     format!("({})", parts.iter().map(describe_format).collect::<Vec<_>>().join(","))
 }
 
-/// The type of a field: `u64`, `string`, `[f64;3]`, `f64?` (optional), `u64*` (list), `(u32,f64)`, `{string:u64}`,
-/// or the name of a container.
+/// The type of a field: `u64`, `string`, `[f64;3]`, `f64?` (optional), `u64*` (list), `(u32,f64)`,
+/// `{string:u64}`, or the name of a container.
 pub fn describe_format(format: &Format) -> String {
     match format {
         Format::Variable(_) => "?".to_owned(),

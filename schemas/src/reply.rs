@@ -233,8 +233,8 @@ pub struct Candidate {
     pub uncertainty_all_links: f64,
     /// U^k with none registered (P = 0).
     pub uncertainty_no_links: f64,
-    /// Greatest (|Sigma_ii| / |Sigma_allow|)^(1/6) over the virtual nodes i = 1..n, each the block of the same
-    /// inverse as Sigma_nn.
+    /// Greatest (|Sigma_ii| / |Sigma_allow|)^(1/6) over the virtual nodes i = 1..n, each the block of the
+    /// same inverse as Sigma_nn.
     pub peak_uncertainty: f64,
     /// A_redundant: twice `one_way_m` times the swath, m^2.
     pub redundant_m2: f64,
@@ -378,8 +378,8 @@ pub struct FacetCoverage {
     pub cells_v: u32,
     /// Covered cells.
     pub covered_cells: u64,
-    /// Lengths of alternating runs of uncovered and covered cells, first uncovered, over the cells in the order
-    /// `v * cells_u + u`.
+    /// Lengths of alternating runs of uncovered and covered cells, first uncovered, over the cells in the
+    /// order `v * cells_u + u`.
     pub runs: Vec<u32>,
 }
 

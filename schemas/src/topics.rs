@@ -26,7 +26,10 @@ pub struct Parameter {
 }
 
 macro_rules! topics {
-    ($($variant:ident $suffix:literal $role:ident ($payload:expr) -> ($reply:expr) [$($parameter:expr),*] $doc:literal;)+) => {
+    ($(
+        $variant:ident $suffix:literal $role:ident ($payload:expr) -> ($reply:expr)
+        [$($parameter:expr),*] $doc:literal;
+    )+) => {
         /// Something that is spoken about: the part of a key after `pdn/{vehicle}/v1/`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Topic { $(#[doc = $doc] $variant,)+ }

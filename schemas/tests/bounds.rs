@@ -100,9 +100,11 @@ fn json_has_no_form_for_what_is_not_finite() {
 
 #[test]
 fn a_refusal_of_json_names_the_place() {
-    let text = r#"{"mission":"m","seq":0,"stamp_ns":0,"factor":{"depth":{"keyframe":1,"depth_m":"deep","variance_m2":1}}}"#;
+    let text = r#"{"mission":"m","seq":0,"stamp_ns":0,
+        "factor":{"depth":{"keyframe":1,"depth_m":"deep","variance_m2":1}}}"#;
     let refusal = decode::<Factor>(text.as_bytes(), Format::Json).unwrap_err().to_string();
     assert!(refusal.contains("factor.depth.depth_m"), "{refusal}");
-    let text = r#"{"mission":"m","seq":0,"stamp_ns":0,"factor":{"depth":{"keyframe":1,"depth_m":1e999,"variance_m2":1}}}"#;
+    let text = r#"{"mission":"m","seq":0,"stamp_ns":0,
+        "factor":{"depth":{"keyframe":1,"depth_m":1e999,"variance_m2":1}}}"#;
     assert!(decode::<Factor>(text.as_bytes(), Format::Json).is_err(), "a number beyond its type");
 }

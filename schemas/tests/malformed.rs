@@ -89,7 +89,8 @@ impl MessageVisitor for Attack {
                 let _ = decode_head(&bytes, format);
                 if let Ok(message) = decode::<T>(&bytes, format) {
                     self.taken += 1;
-                    // What is taken can be told again, unless a number is none in JSON or it is too large for its place.
+                    // What is taken can be told again, unless a number is none in JSON or it is too large for
+                    // its place.
                     let _ = encode(&message, Format::Bincode);
                     let _ = encode(&message, Format::Json);
                 }
@@ -134,7 +135,8 @@ fn no_decoder_fails_on_what_is_nearly_a_message() {
     visit_messages(&mut attack);
     visit_records(&mut attack);
     println!(
-        "{} malformed inputs to {} decoders in two formats: no panic; {} were messages after all; slowest {:?}",
+        "{} malformed inputs to {} decoders in two formats: no panic; {} were messages after all; slowest \
+         {:?}",
         attack.tried, kinds.0, attack.taken, attack.slowest
     );
     assert!(attack.taken > 0 && attack.taken < attack.tried, "{} of {}", attack.taken, attack.tried);

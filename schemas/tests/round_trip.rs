@@ -96,7 +96,8 @@ fn a_configuration_may_leave_out_what_has_a_default() {
     let golden = include_bytes!("../generated/golden/MissionConfig-default.json");
     assert_eq!(decode::<MissionConfig>(golden, Format::Json).as_ref(), Ok(&config));
     let partly = format!(
-        r#"{{"mission":"m","target":{{"facets":[{facet}]}},"allowable":{{"x_m":0.5}},"camera":{{"max_range_m":9}},
+        r#"{{"mission":"m","target":{{"facets":[{facet}]}},
+            "allowable":{{"x_m":0.5}},"camera":{{"max_range_m":9}},
             "robust":{{"camera":"none"}},"planner":{{"max_links":2}},"first_keyframe_sigmas":null}}"#
     );
     let partly: MissionConfig = decode(partly.as_bytes(), Format::Json).unwrap();
@@ -111,7 +112,8 @@ fn a_configuration_may_leave_out_what_has_a_default() {
 
 #[test]
 fn a_configuration_can_be_toml() {
-    let text = "mission = 'm'\nalpha = 0.5\n[[target.facets]]\norigin = [0, 0, 10]\nu = [1, 0, 0]\nv = [0, 1, 0]\n\
+    let text = "mission = 'm'\nalpha = 0.5\n[[target.facets]]\norigin = [0, 0, 10]\n\
+                u = [1, 0, 0]\nv = [0, 1, 0]\n\
                 length_u_m = 40\nlength_v_m = 20\n[robust]\ncamera = { huber = 1.345 }\nposition = 'none'\n";
     let config: MissionConfig = toml::from_str(text).unwrap();
     assert_eq!(config.alpha, 0.5);

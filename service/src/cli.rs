@@ -6,7 +6,7 @@ use crate::settings::{self, Layers, Settings, SettingsError};
 use crate::state_dir::{StateDir, StateDirError};
 use crate::{health, serve, telemetry};
 use clap::{Args, Parser, Subcommand};
-use pdn_transport::session::{self, Network, SessionError};
+use pdn_transport::session::{self, SessionError, ZenohSettings};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -45,11 +45,11 @@ enum Command {
         timeout_ms: u64,
     },
     /// Tell what a mission's journal says; exit code 1 if it is damaged
-    Journal(journal::Show),
+    Journal(journal::ShowArgs),
     /// Write what is whole of a damaged journal, up to its damage, to a new one
-    Recover(journal::Save),
+    Recover(journal::RecoverArgs),
     /// Take every decision of a journal again and compare it bit for bit; exit code 1 if any differs
-    Replay(journal::Again),
+    Replay(journal::ReplayArgs),
 }
 
 #[derive(Debug, Args)]
@@ -83,7 +83,8 @@ struct Flags {
 const EXIT_CODES: &str = "\
 Exit codes:
   0  well
-  1  a failure while running, no daemon is ready (health), a journal is damaged, or a decision differs (replay)
+  1  a failure while running, no daemon is ready (health), a journal is damaged, or a decision differs \
+     (replay)
   2  wrong usage or settings; nothing was started
   3  an endpoint is in use or cannot be had, or the state directory or a journal cannot be used
 
@@ -133,8 +134,8 @@ pub fn run() -> ExitCode {
         Some(Command::Config { effective: false }) => print(&settings::document()),
         Some(Command::Config { effective: true }) => effective(&cli.flags),
         Some(Command::Journal(arguments)) => journal::show(arguments),
-        Some(Command::Recover(arguments)) => journal::save(arguments),
-        Some(Command::Replay(arguments)) => journal::again(arguments),
+        Some(Command::Recover(arguments)) => journal::recover(arguments),
+        Some(Command::Replay(arguments)) => journal::replay(arguments),
         Some(Command::Health { timeout_ms }) => ask_health(&cli.flags, Duration::from_millis(*timeout_ms)),
     };
     let (code, message) = match done {
@@ -171,15 +172,15 @@ impl Flags {
     }
 }
 
-fn network(settings: &Settings) -> Network {
+fn zenoh_settings(settings: &Settings) -> ZenohSettings {
     let file = Some(settings.zenoh_config.clone()).filter(|path| !path.as_os_str().is_empty());
-    Network { listen: settings.listen.clone(), connect: settings.connect.clone(), file }
+    ZenohSettings { listen: settings.listen.clone(), connect: settings.connect.clone(), file }
 }
 
 fn serve(flags: &Flags) -> Result<(), Failure> {
     let layers = flags.layers(None)?;
-    let settings = layers.settle()?;
-    let zenoh = session::configuration(&network(&settings))?;
+    let settings = layers.resolve()?;
+    let zenoh = session::configuration(&zenoh_settings(&settings))?;
     telemetry::start(settings.log_format, &settings.log_level);
     for variable in layers.unknown_variables() {
         tracing::warn!(%variable, "no setting has this name; `pdnd config` lists them");
@@ -194,22 +195,23 @@ fn serve(flags: &Flags) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Running(format!(
-        "not all that was accepted could be finished within drain_ms = {}; what was not acknowledged must be sent again",
+        "not all that was accepted could be finished within drain_ms = {}; what was not acknowledged must be \
+         sent again",
         settings.drain_ms
     )))
 }
 
 fn check(flags: &Flags, file: Option<&PathBuf>) -> Result<(), Failure> {
-    let settings = flags.layers(file)?.settle()?;
-    let zenoh = session::configuration(&network(&settings))?;
+    let settings = flags.layers(file)?.resolve()?;
+    let zenoh = session::configuration(&zenoh_settings(&settings))?;
     let file = file.or(flags.config.as_ref());
     let what = file.map_or_else(|| "the default settings".to_owned(), |file| file.display().to_string());
     print(&format!("{what}: well; pdnd would listen on {}\n", session::listens_on(&zenoh).join(", ")))
 }
 
 fn effective(flags: &Flags) -> Result<(), Failure> {
-    let mut settings = flags.layers(None)?.settle()?;
-    let zenoh = session::configuration(&network(&settings))?;
+    let mut settings = flags.layers(None)?.resolve()?;
+    let zenoh = session::configuration(&zenoh_settings(&settings))?;
     settings.listen = session::listens_on(&zenoh);
     settings.connect = session::connects_to(&zenoh);
     settings.planner_threads = u64::try_from(settings.planner_threads()).unwrap_or(u64::MAX);
@@ -218,15 +220,15 @@ fn effective(flags: &Flags) -> Result<(), Failure> {
 }
 
 fn ask_health(flags: &Flags, timeout: Duration) -> Result<(), Failure> {
-    let settings = flags.layers(None)?.settle()?;
-    let mut network = network(&settings);
-    let named = std::mem::take(&mut network.connect);
+    let settings = flags.layers(None)?.resolve()?;
+    let mut zenoh = zenoh_settings(&settings);
+    let named = std::mem::take(&mut zenoh.connect);
     let endpoint = match named.first() {
         Some(endpoint) => endpoint.clone(),
-        None => health::reachable(&session::listens_on(&session::configuration(&network)?)),
+        None => health::reachable(&session::listens_on(&session::configuration(&zenoh)?)),
     };
-    let zenoh = session::client_configuration(&network, &endpoint)?;
-    match runtime()?.block_on(health::is_ready(zenoh, timeout)) {
+    let config = session::client_configuration(&zenoh, &endpoint)?;
+    match runtime()?.block_on(health::is_ready(config, timeout)) {
         Ok(true) => print(&format!("pdnd on {endpoint} is ready\n")),
         Ok(false) => {
             Err(Failure::Running(format!("a router answers on {endpoint}, but no pdnd is ready behind it")))

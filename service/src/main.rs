@@ -1,23 +1,26 @@
 //! `pdnd`: the perception-driven navigation daemon.
 //!
-//! Reading order: `cli` (what can be asked of the program), `settings`, `state_dir`, `telemetry`, then the daemon:
-//! `serve` (its phases from start to end, `stop` when the end begins), `returning` (vehicles of earlier runs), `lobby` (vehicles that are new), `vehicle` (the loop that owns a
-//! vehicle), `keeper` (its journals), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
+//! Reading order: `cli` (what can be asked of the program), `settings`, `state_dir`, `telemetry`, `clock`,
+//! then the daemon: `serve` (build, run, drain; `shutdown` is its deadline), `recovery` (vehicles of earlier
+//! runs), `admission` (vehicles that are new), `vehicle` (the thread that owns a vehicle), `journal_writer`
+//! (its journals), `planner` (the pool that computes answers), and `health` (is a daemon ready?).
 //!
-//! Exit codes: 0 well; 1 a failure while running, `pdnd health` found no ready daemon, a journal is damaged or a decision
-//! comes out otherwise; 2 wrong usage or settings; 3 an endpoint, the state directory or a journal is not to be had.
+//! Exit codes: 0 well; 1 a failure while running, `pdnd health` found no ready daemon, a journal is damaged
+//! or a decision differs; 2 wrong usage or settings; 3 an endpoint, the state directory or a journal is not
+//! to be had.
 
 mod cli;
+mod clock;
 mod settings;
 mod state_dir;
 mod telemetry;
 
-mod keeper;
-mod lobby;
+mod admission;
+mod journal_writer;
 mod planner;
-mod returning;
+mod recovery;
 mod serve;
-mod stop;
+mod shutdown;
 mod vehicle;
 
 mod health;

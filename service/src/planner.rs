@@ -1,9 +1,10 @@
 //! The pool that computes answers, over immutable views of missions, for all vehicles.
 //!
-//! A vehicle has at most as many jobs in the pool as it has threads; what else it was asked waits with its own
-//! thread. So no vehicle waits for more than one job a thread of each other, however much one of them is asked.
+//! A vehicle has at most as many jobs in the pool as it has threads; what else it was asked waits with its
+//! own thread. So no vehicle waits for more than one job a thread of each other, however much one of them is
+//! asked.
 
-use crate::stop::Stop;
+use crate::shutdown::ShutdownDeadline;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::reply::{EvaluateReply, GraphReply, WaypointsReply};
 use pdn_state::{DecisionJob, DecisionOutcome, EvaluateJob, GraphJob, StateError, WaypointsJob};
@@ -16,7 +17,7 @@ use std::time::Instant;
 #[derive(Clone)]
 pub struct Planner {
     pool: Arc<ThreadPool>,
-    stop: Stop,
+    shutdown: ShutdownDeadline,
 }
 
 /// What takes long to answer.
@@ -54,13 +55,13 @@ pub struct Computed {
 }
 
 impl Planner {
-    /// A pool of so many threads; once `stop` has come every job stops as if its deadline had.
-    pub fn new(threads: usize, stop: Stop) -> Result<Planner, ThreadPoolBuildError> {
+    /// A pool of so many threads; once `shutdown` has passed every job stops as if its deadline had.
+    pub fn new(threads: usize, shutdown: ShutdownDeadline) -> Result<Planner, ThreadPoolBuildError> {
         let pool = ThreadPoolBuilder::new()
             .num_threads(threads.max(1))
             .thread_name(|index| format!("plan {index}"))
             .build()?;
-        Ok(Planner { pool: Arc::new(pool), stop })
+        Ok(Planner { pool: Arc::new(pool), shutdown })
     }
 
     /// Jobs that one vehicle may have in the pool.
@@ -71,12 +72,12 @@ impl Planner {
     /// Runs a job on the pool and hands what came of it to `done`, whatever happens: a fault in the job is an
     /// `internal` problem of this question only.
     pub fn start(&self, job: Job, deadline: Option<Instant>, done: impl FnOnce(Computed) + Send + 'static) {
-        let Planner { pool, stop: shutdown } = self.clone();
+        let Planner { pool, shutdown } = self.clone();
         self.pool.spawn(move || {
             let began = Instant::now();
             let stop = move || {
                 let now = Instant::now();
-                deadline.is_some_and(|deadline| now >= deadline) || shutdown.has_come(now)
+                deadline.is_some_and(|deadline| now >= deadline) || shutdown.has_passed(now)
             };
             let outcome = guarded(|| job.run(&pool, &stop));
             done(Computed { outcome, began, ended: Instant::now() });

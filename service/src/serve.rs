@@ -1,124 +1,151 @@
-//! The daemon from start to end: open the session, take what comes, say that it is ready; on a signal take nothing
-//! more, finish what was accepted, leave.
+//! The daemon from start to end: build (recover, open the session, take what comes, declare it ready), run
+//! until a signal, drain (take nothing more, finish what was accepted, leave).
 
-use crate::lobby::Lobby;
+mod signals;
+
+use crate::admission::Admission;
+use crate::journal_writer::JournaledVehicle;
 use crate::planner::Planner;
-use crate::returning::recover_all;
+use crate::recovery::recover_all;
 use crate::settings::Settings;
-use crate::stop::Stop;
-use pdn_transport::directory::{Directory, LobbyBounds};
-use pdn_transport::intake::{Intake, declare_ready};
-use pdn_transport::session::{self, Config, SessionError};
+use crate::shutdown::ShutdownDeadline;
+use pdn_transport::directory::{AdmissionBounds, Directory};
+use pdn_transport::intake::{Intake, LivelinessToken, declare_ready};
+use pdn_transport::session::{self, Config, Session, SessionError};
+use signals::Signals;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
 
-/// Configurations, and heads of events, of unknown vehicles that wait.
-const LOBBY: LobbyBounds = LobbyBounds { messages: 256, bytes: 16 * 1024 * 1024 };
+/// Configurations, and heads of events, of unknown vehicles that wait for admission.
+const ADMISSION: AdmissionBounds = AdmissionBounds { messages: 256, bytes: 16 * 1024 * 1024 };
 
 /// Time for leaving the network once all is finished, at most; a quarter of `drain_ms` if that is less.
 const LEAVE: Duration = Duration::from_secs(1);
 
-/// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished. The end takes `drain_ms` at most,
-/// whatever was accepted: three quarters of the time go to finishing, the rest to telling and leaving.
+/// Serves until SIGTERM or SIGINT; true if all that was accepted could be finished.
 ///
-/// Vehicles of earlier runs come back before anything is taken.
+/// Vehicles of earlier runs come back before anything is taken; a signal meanwhile ends the daemon at once.
 pub async fn serve(settings: &Settings, zenoh: Config) -> Result<bool, SessionError> {
-    let mut signals = Signals::new()?;
-    let recovering = {
-        let settings = settings.clone();
-        tokio::task::spawn_blocking(move || recover_all(&settings))
-    };
-    let returned = tokio::select! {
-        returned = recovering => returned.map_err(|error| internal("state_dir", &error))?,
+    let mut signals = Signals::new().map_err(|error| internal("signals", &error))?;
+    let vehicles = tokio::select! {
+        vehicles = recover(settings.clone()) => vehicles?,
         cause = signals.next() => {
             tracing::info!(cause, "stopped while journals were read");
             return Ok(true);
         }
     };
-    let returned = returned.map_err(|error| internal("state_dir", &error))?;
-    let stop = Stop::default();
-    let planner = Planner::new(settings.planner_threads(), stop.clone());
-    let planner = planner.map_err(|error| internal("planner", &error))?;
-    let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
-    let (directory, knocks) = Directory::new(LOBBY);
-    let directory = Arc::new(directory);
-    let (close_lobby, closed) = oneshot::channel();
-    let mut lobby =
-        Lobby::new(session.clone(), directory.clone(), planner.clone(), stop.clone(), settings.clone());
-    for returned in returned {
-        lobby.welcome(returned, None).await;
-    }
-    let intake = Intake::open(&session, directory.clone()).await?;
-    let lobby = tokio::spawn(lobby.run(knocks, closed));
-    let ready = declare_ready(&session).await?;
-    let locators: Vec<_> = session.info().locators().await.iter().map(ToString::to_string).collect();
-    tracing::info!(
-        version = env!("CARGO_PKG_VERSION"),
-        listening = locators.join(", "),
-        planner_threads = planner.jobs_at_once(),
-        state_dir = %settings.state_dir.display(),
-        vehicles = directory.len(),
-        "ready"
-    );
-
-    let cause = signals.next().await;
-    let drain = Duration::from_millis(settings.drain_ms);
-    tracing::info!(cause, drain_ms = settings.drain_ms, vehicles = directory.len(), "stopping");
-    let leave = LEAVE.min(drain / 4);
-    stop.at(Instant::now() + (drain - leave) * 3 / 4);
-    if let Err(error) = ready.undeclare().await {
-        tracing::warn!(%error, "the readiness token could not be taken back");
-    }
-    directory.close();
-    let _ = close_lobby.send(());
-    let finished = async {
-        let mut all = true;
-        for end in lobby.await.unwrap_or_default() {
-            // A thread that has failed has nothing more to finish.
-            all &= end.await.unwrap_or(true);
-        }
-        all
-    };
-    let drained = tokio::select! {
-        done = tokio::time::timeout(drain - leave, finished) => done.unwrap_or(false),
-        cause = signals.next() => {
-            tracing::warn!(cause, "stopping at once");
-            false
-        }
-    };
-    let left = async {
-        intake.close().await;
-        session::close(&session, leave).await
-    };
-    if !tokio::time::timeout(leave, left).await.unwrap_or(false) {
-        tracing::warn!("the session could not be closed in time");
-    }
-    tracing::info!(drained, "stopped");
-    Ok(drained)
+    let daemon = Daemon::build(settings, zenoh, vehicles).await?;
+    daemon.run(&mut signals).await;
+    Ok(daemon.drain(&mut signals).await)
 }
 
-struct Signals {
-    terminate: Signal,
-    interrupt: Signal,
+async fn recover(settings: Settings) -> Result<Vec<JournaledVehicle>, SessionError> {
+    let recovered = tokio::task::spawn_blocking(move || recover_all(&settings)).await;
+    let recovered = recovered.map_err(|error| internal("state_dir", &error))?;
+    recovered.map_err(|error| internal("state_dir", &error))
 }
 
-impl Signals {
-    fn new() -> Result<Signals, SessionError> {
-        let listen = |kind| signal(kind).map_err(|error| internal("signals", &error));
-        Ok(Signals {
-            terminate: listen(SignalKind::terminate())?,
-            interrupt: listen(SignalKind::interrupt())?,
-        })
+/// The daemon while it serves.
+struct Daemon {
+    drain_time: Duration,
+    session: Session,
+    directory: Arc<Directory>,
+    shutdown: ShutdownDeadline,
+    intake: Intake,
+    ready: LivelinessToken,
+    /// Ends once it is closed; gives what tells of each vehicle's thread whether it could finish.
+    admission: JoinHandle<Vec<oneshot::Receiver<bool>>>,
+    close_admission: oneshot::Sender<()>,
+}
+
+impl Daemon {
+    /// Opens the session, gives each recovered vehicle its thread, takes what comes, and declares all ready.
+    async fn build(
+        settings: &Settings,
+        zenoh: Config,
+        vehicles: Vec<JournaledVehicle>,
+    ) -> Result<Daemon, SessionError> {
+        let shutdown = ShutdownDeadline::default();
+        let planner = Planner::new(settings.planner_threads(), shutdown.clone());
+        let planner = planner.map_err(|error| internal("planner", &error))?;
+        let session = session::open(zenoh, Duration::from_millis(settings.open_timeout_ms)).await?;
+        let (directory, unknown_vehicles) = Directory::new(ADMISSION);
+        let directory = Arc::new(directory);
+        let mut admission = Admission::new(
+            session.clone(),
+            directory.clone(),
+            planner.clone(),
+            shutdown.clone(),
+            settings.clone(),
+        );
+        for vehicle in vehicles {
+            admission.spawn(vehicle, None).await;
+        }
+        let intake = Intake::open(&session, directory.clone()).await?;
+        let (close_admission, closed) = oneshot::channel();
+        let admission = tokio::spawn(admission.run(unknown_vehicles, closed));
+        let ready = declare_ready(&session).await?;
+        let locators: Vec<_> = session.info().locators().await.iter().map(ToString::to_string).collect();
+        tracing::info!(
+            version = env!("CARGO_PKG_VERSION"),
+            listening = locators.join(", "),
+            planner_threads = planner.jobs_at_once(),
+            state_dir = %settings.state_dir.display(),
+            vehicles = directory.len(),
+            "ready"
+        );
+        let drain_time = Duration::from_millis(settings.drain_ms);
+        Ok(Daemon { drain_time, session, directory, shutdown, intake, ready, admission, close_admission })
     }
 
-    async fn next(&mut self) -> &'static str {
-        tokio::select! {
-            _ = self.terminate.recv() => "SIGTERM",
-            _ = self.interrupt.recv() => "SIGINT",
-        }
+    /// Waits for a signal; whatever is served is served by callbacks, tasks and threads.
+    async fn run(&self, signals: &mut Signals) {
+        let cause = signals.next().await;
+        let drain_ms = self.drain_time.as_millis() as u64;
+        tracing::info!(cause, drain_ms, vehicles = self.directory.len(), "stopping");
     }
+
+    /// Takes nothing more, finishes what was accepted and leaves; true if all could be finished. It takes
+    /// `drain_ms` at most, whatever was accepted: three quarters of the time go to finishing, the rest to
+    /// telling and leaving. Another signal ends it at once.
+    async fn drain(self, signals: &mut Signals) -> bool {
+        let leave = LEAVE.min(self.drain_time / 4);
+        let finish = self.drain_time - leave;
+        self.shutdown.set(Instant::now() + finish * 3 / 4);
+        if let Err(error) = self.ready.undeclare().await {
+            tracing::warn!(%error, "the readiness token could not be taken back");
+        }
+        self.directory.close();
+        let _ = self.close_admission.send(());
+        let drained = tokio::select! {
+            done = tokio::time::timeout(finish, finished(self.admission)) => done.unwrap_or(false),
+            cause = signals.next() => {
+                tracing::warn!(cause, "stopping at once");
+                false
+            }
+        };
+        let left = async {
+            self.intake.close().await;
+            session::close(&self.session, leave).await
+        };
+        if !tokio::time::timeout(leave, left).await.unwrap_or(false) {
+            tracing::warn!("the session could not be closed in time");
+        }
+        tracing::info!(drained, "stopped");
+        drained
+    }
+}
+
+/// Waits for every vehicle's thread; true if all could finish what they had accepted.
+async fn finished(admission: JoinHandle<Vec<oneshot::Receiver<bool>>>) -> bool {
+    let mut all = true;
+    for drained in admission.await.unwrap_or_default() {
+        // A thread that has failed has nothing more to finish.
+        all &= drained.await.unwrap_or(true);
+    }
+    all
 }
 
 fn internal(what: &str, cause: &dyn std::error::Error) -> SessionError {

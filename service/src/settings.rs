@@ -1,7 +1,7 @@
 //! Every setting of the daemon: its name, default, unit and range.
 //!
-//! Four layers, the later wins: the defaults here, a file (`--config`), the environment (`PDN_<NAME>`), flags.
-//! What a mission is stands elsewhere: it comes with `op/configure`.
+//! Four layers, the later wins: the defaults here, a file (`--config`), the environment (`PDN_<NAME>`),
+//! flags. What a mission is stands elsewhere: it comes with `op/configure`.
 
 mod layers;
 mod list;
@@ -136,6 +136,7 @@ impl Settings {
     pub fn limits(&self) -> Limits {
         Limits {
             max_missions: count(self.max_missions),
+            max_buffered_bytes: count(self.ahead_bytes),
             max_events: self.max_events,
             max_keyframes: count(self.max_keyframes),
             max_factors: count(self.max_factors),

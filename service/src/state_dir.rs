@@ -14,9 +14,15 @@ pub struct StateDir {
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum StateDirError {
-    #[error("cannot use the state directory {}: {cause}; name one that this user may write with --state-dir", .path.display())]
+    #[error(
+        "cannot use the state directory {}: {cause}; name one that this user may write with --state-dir",
+        .path.display()
+    )]
     Unusable { path: PathBuf, cause: io::Error },
-    #[error("the state directory {} is in use by another pdnd; stop it or name another with --state-dir", .path.display())]
+    #[error(
+        "the state directory {} is in use by another pdnd; stop it or name another with --state-dir",
+        .path.display()
+    )]
     InUse { path: PathBuf },
 }
 

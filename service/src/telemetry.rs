@@ -1,11 +1,13 @@
-//! Log lines: to standard error, for a person or as JSON, and sparing where others decide how many there are.
+//! Log lines: to standard error, for a person or as JSON, and rate-limited where others decide how many there
+//! are.
 
 use crate::settings::LogFormat;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use tracing_subscriber::EnvFilter;
 
-/// Starts logging. A plain level is that of pdnd's own lines; Zenoh's are then told from warnings on. Faults of threads (panics) are logged as errors too.
+/// Starts logging. A plain level is that of pdnd's own lines; Zenoh's are then told from warnings on. Faults
+/// of threads (panics) are logged as errors too.
 pub fn start(format: LogFormat, level: &str) {
     let plain = level.chars().all(char::is_alphabetic);
     let filter = if plain { format!("{level},zenoh=warn") } else { level.to_owned() };
@@ -23,26 +25,26 @@ pub fn start(format: LogFormat, level: &str) {
     }));
 }
 
-/// Lets so many lines a second through and counts the others.
+/// Lets so many lines a second through and counts the others: a limiter with a fixed window.
 #[derive(Debug)]
-pub struct Sparing {
-    began: Option<Instant>,
+pub struct LogRateLimiter {
+    window_start: Option<Instant>,
     lines: u32,
     left_out: u64,
 }
 
 const LINES_A_SECOND: u32 = 5;
 
-impl Sparing {
+impl LogRateLimiter {
     /// Lets the first line through.
-    pub const fn new() -> Sparing {
-        Sparing { began: None, lines: 0, left_out: 0 }
+    pub const fn new() -> LogRateLimiter {
+        LogRateLimiter { window_start: None, lines: 0, left_out: 0 }
     }
 
     /// Whether a line may be written now; if so, how many were left out since the last.
     pub fn allow(&mut self, now: Instant) -> Option<u64> {
-        if self.began.is_none_or(|began| now.duration_since(began) >= Duration::from_secs(1)) {
-            self.began = Some(now);
+        if self.window_start.is_none_or(|start| now.duration_since(start) >= Duration::from_secs(1)) {
+            self.window_start = Some(now);
             self.lines = 0;
         }
         if self.lines == LINES_A_SECOND {
@@ -61,9 +63,9 @@ mod tests {
     #[test]
     fn a_flood_is_thinned_and_counted() {
         let start = Instant::now();
-        let mut sparing = Sparing::new();
-        let written = (0..100).filter(|_| sparing.allow(start).is_some()).count();
+        let mut limiter = LogRateLimiter::new();
+        let written = (0..100).filter(|_| limiter.allow(start).is_some()).count();
         assert_eq!(written, LINES_A_SECOND as usize);
-        assert_eq!(sparing.allow(start + Duration::from_secs(1)), Some(95));
+        assert_eq!(limiter.allow(start + Duration::from_secs(1)), Some(95));
     }
 }

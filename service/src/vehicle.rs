@@ -1,119 +1,110 @@
 //! The thread that owns a vehicle: events, commands and questions come to it one after the other, and only it
 //! changes the vehicle's missions.
 //!
-//! It is a thread and no task, because solving the graph computes for milliseconds to seconds: it shares a core
-//! with others by the system's scheduler, and no vehicle waits for another's. What takes long and changes
-//! nothing is computed on the pool (`planner`), and the network has a thread of its own (`pdn_transport::outgoing`).
+//! It is a thread and no task, because solving the graph computes for milliseconds to seconds: it shares a
+//! core with others by the system's scheduler, and no vehicle waits for another's. What takes long and
+//! changes nothing is computed on the pool (`planner`), and the network has threads of its own
+//! (`pdn_transport::outgoing`).
 //!
-//! Reading order: here the loop; `events` (what vehicles publish, and `ahead` what of it waits for a missing event), `commands`, `questions` (from the question to
-//! the job), `replies` (from the outcome to the reply), `waiting` (for an event), `acknowledge` (when `out/ack`
-//! is due).
+//! Reading order: here the loop; `events` (what vehicles publish), `commands`, `questions` (from the question to the job), `jobs` (how many run at once), `replies`
+//! (from the outcome to the reply), `deferred` (questions that wait for an event), `acknowledge` (when
+//! `out/ack` is due).
 
-mod ahead;
 mod events;
 
 mod commands;
+mod jobs;
 mod questions;
 mod replies;
 
 mod acknowledge;
-mod waiting;
+mod deferred;
 
 pub use commands::configure;
 
-use crate::keeper::Keeper;
+use crate::journal_writer::{JournalWriter, JournaledVehicle};
 use crate::planner::{Computed, Job, Planner};
-use crate::returning::Returned;
-use crate::settings::{Settings, count};
-use crate::stop::Stop;
-use crate::telemetry::Sparing;
+use crate::settings::Settings;
+use crate::shutdown::ShutdownDeadline;
+use crate::telemetry::LogRateLimiter;
 use acknowledge::Acknowledgements;
-use ahead::Ahead;
+use deferred::DeferredQuestions;
+use jobs::Jobs;
 use pdn_schemas::ids::VehicleId;
 use pdn_schemas::limits::STATE_EVERY_MS;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::topics::Topic;
 use pdn_state::Vehicle;
 use pdn_transport::answer::Answer;
-use pdn_transport::inbox::Mail;
+use pdn_transport::inbox::InboxReceiver;
 use pdn_transport::message::Incoming;
 use pdn_transport::outgoing::Outgoing;
-use questions::Asked;
-use std::collections::VecDeque;
-use std::time::{Duration, Instant, SystemTime};
-use tokio::sync::{mpsc, oneshot};
-use waiting::Waiting;
+use questions::PendingReply;
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
 
 /// A vehicle with all that its thread needs.
 pub struct Owner {
     id: VehicleId,
     vehicle: Vehicle,
-    keeper: Keeper,
-    mail: Mail,
+    journal_writer: JournalWriter,
+    inbox: InboxReceiver,
     outgoing: Outgoing,
     planner: Planner,
-    stop: Stop,
+    shutdown: ShutdownDeadline,
     wait: Duration,
 
-    waiting: Waiting,
-    ready: VecDeque<(Asked, Job)>,
-    running: usize,
-    finish: mpsc::UnboundedSender<(Asked, Computed)>,
-    finished: mpsc::UnboundedReceiver<(Asked, Computed)>,
+    deferred: DeferredQuestions,
+    jobs: Jobs<(PendingReply, Job), (PendingReply, Computed)>,
 
-    ahead: Ahead,
     acknowledgements: Acknowledgements,
     state_changed: bool,
     state_due: Instant,
-    log: Sparing,
-    turned_away: u64,
+    log: LogRateLimiter,
+    shed_events: u64,
 }
 
 impl Owner {
     /// The owner of a vehicle that has just been configured, or has come back.
     pub fn new(
-        Returned { id, vehicle, keeper }: Returned,
-        mail: Mail,
+        JournaledVehicle { id, vehicle, journal_writer }: JournaledVehicle,
+        inbox: InboxReceiver,
         outgoing: Outgoing,
         planner: Planner,
-        stop: Stop,
+        shutdown: ShutdownDeadline,
         settings: &Settings,
     ) -> Owner {
-        let (finish, finished) = mpsc::unbounded_channel();
+        let jobs = Jobs::new(planner.jobs_at_once());
         Owner {
             id,
             vehicle,
-            keeper,
-            mail,
+            journal_writer,
+            inbox,
             outgoing,
             planner,
-            stop,
+            shutdown,
             wait: Duration::from_millis(settings.wait_ms),
-            waiting: Waiting::default(),
-            ready: VecDeque::new(),
-            running: 0,
-            finish,
-            finished,
-            ahead: Ahead::new(count(settings.ahead_bytes)),
+            deferred: DeferredQuestions::default(),
+            jobs,
             acknowledgements: Acknowledgements::default(),
             state_changed: true,
             state_due: Instant::now(),
-            log: Sparing::new(),
-            turned_away: 0,
+            log: LogRateLimiter::new(),
+            shed_events: 0,
         }
     }
 
-    /// Starts the thread, which first answers the configuration that made the vehicle, if one did. The receiver hears when all
-    /// is sent, and whether all that was accepted could be finished.
+    /// Starts the thread, which first answers the configuration that made the vehicle, if one did. The
+    /// receiver hears when all is sent, and whether all that was accepted could be finished.
     pub fn start(self, configured: Option<Answer>) -> std::io::Result<oneshot::Receiver<bool>> {
-        let (end, ended) = oneshot::channel();
+        let (end, drained) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build()?;
         std::thread::Builder::new().name(format!("own {}", self.id)).spawn(move || {
-            let (finished, outgoing) = runtime.block_on(self.run(configured));
+            let (drained, outgoing) = runtime.block_on(self.run(configured));
             outgoing.finish();
-            let _ = end.send(finished);
+            let _ = end.send(drained);
         })?;
-        Ok(ended)
+        Ok(drained)
     }
 
     /// Whether all that was accepted could be finished, and what is still to be sent.
@@ -130,13 +121,13 @@ impl Owner {
             let wake = self.next_wake();
             tokio::select! {
                 biased;
-                Some((asked, computed)) = self.finished.recv() => self.conclude(asked, computed),
-                incoming = self.mail.next(), if open => match incoming {
-                    Some(incoming) if self.stop.has_come(Instant::now()) => self.turn_away(incoming),
+                Some((pending, computed)) = self.jobs.next_outcome() => self.conclude(pending, computed),
+                incoming = self.inbox.recv(), if open => match incoming {
+                    Some(incoming) if self.shutdown.has_passed(Instant::now()) => self.shed(incoming),
                     Some(incoming) => self.take(incoming),
                     None => {
                         open = false;
-                        self.refuse_waiting();
+                        self.refuse_deferred();
                     }
                 },
                 () = tokio::time::sleep_until(wake.into()) => {}
@@ -145,28 +136,29 @@ impl Owner {
         self.sync();
         self.publish_acknowledgements(self.acknowledgements.all());
         self.publish_state();
-        self.keeper.close(&mut self.vehicle);
-        if self.turned_away > 0 {
-            tracing::warn!(vehicle = %self.id, events = self.turned_away, "no time: events were left to be sent again");
+        self.journal_writer.close(&mut self.vehicle);
+        if self.shed_events > 0 {
+            let events = self.shed_events;
+            tracing::warn!(vehicle = %self.id, events, "no time: events were left to be sent again");
         }
-        (self.turned_away == 0, self.outgoing)
+        (self.shed_events == 0, self.outgoing)
     }
 
     fn take(&mut self, incoming: Incoming) {
         match incoming {
             Incoming::Event(event) => self.take_event(&event),
-            Incoming::Stray(problem) => self.reject(problem),
+            Incoming::Unroutable(problem) => self.reject(problem),
             Incoming::Question(question) if question.topic.suffix().starts_with("op/") => {
-                self.command(*question)
+                self.take_command(*question)
             }
-            Incoming::Question(question) => self.ask(*question),
+            Incoming::Question(question) => self.take_question(*question),
         }
     }
 
     /// What there is no time for: an event is not acknowledged and so will be sent again, a question is told.
-    fn turn_away(&mut self, incoming: Incoming) {
+    fn shed(&mut self, incoming: Incoming) {
         match incoming {
-            Incoming::Event(_) | Incoming::Stray(_) => self.turned_away += 1,
+            Incoming::Event(_) | Incoming::Unroutable(_) => self.shed_events += 1,
             Incoming::Question(question) => {
                 let message = "the service is shutting down; ask again once it is back";
                 self.refuse(question.topic, question.answer, Problem::new(Code::NotReady, message, None));
@@ -176,26 +168,13 @@ impl Owner {
 
     /// Does what is due by the clock or by what has just come.
     fn tick(&mut self, now: Instant) {
-        let refused = self.mail.refused();
-        let told = if refused > 0 { self.log.allow(now) } else { None };
-        if let Some(left_out) = told {
-            tracing::warn!(vehicle = %self.id, refused, left_out, "no room: questions were told, events will be sent again");
-        }
-        let left_out = self.outgoing.left_out();
-        if left_out > 0 {
-            tracing::warn!(vehicle = %self.id, left_out, "publications were left out: a client does not read them");
-        }
-        self.release_waiting(now);
-        while self.running < self.planner.jobs_at_once() {
-            let Some((asked, job)) = self.ready.pop_front() else { break };
-            self.running += 1;
-            let finish = self.finish.clone();
-            self.planner.start(job, asked.deadline, move |computed| {
-                // The owner outlives its jobs unless it has failed; then nobody is left to be told.
-                let _ = finish.send((asked, computed));
-            });
-        }
-        if self.keeper.is_due(now) {
+        self.log_losses(now);
+        self.release_deferred(now);
+        self.jobs.start_ready(|(pending, job), completion| {
+            let deadline = pending.deadline;
+            self.planner.start(job, deadline, move |computed| completion.send((pending, computed)));
+        });
+        if self.journal_writer.is_due(now) {
             self.sync();
         }
         let due = self.acknowledgements.due(Instant::now());
@@ -207,8 +186,27 @@ impl Owner {
         }
     }
 
+    /// Tells what found no room in the inbox or was not published.
+    fn log_losses(&mut self, now: Instant) {
+        let id = &self.id;
+        let refused = self.inbox.refused();
+        if refused > 0
+            && let Some(left_out) = self.log.allow(now)
+        {
+            tracing::warn!(
+                vehicle = %id, refused, left_out, "no room: questions were told, events will be sent again"
+            );
+        }
+        let left_out = self.outgoing.left_out();
+        if left_out > 0 {
+            tracing::warn!(
+                vehicle = %id, left_out, "publications were left out: a client does not read them"
+            );
+        }
+    }
+
     fn next_wake(&self) -> Instant {
-        [self.acknowledgements.next_due(), self.waiting.next_expiry(), self.keeper.next_due()]
+        [self.acknowledgements.next_due(), self.deferred.next_expiry(), self.journal_writer.next_due()]
             .into_iter()
             .flatten()
             .fold(self.state_due, Instant::min)
@@ -217,13 +215,13 @@ impl Owner {
     /// Makes durable what has happened, and has it told.
     fn sync(&mut self) {
         let now = Instant::now();
-        for mission in self.keeper.sync(&mut self.vehicle) {
-            self.acknowledgements.hasten(&mission, now);
+        for mission in self.journal_writer.sync(&mut self.vehicle) {
+            self.acknowledgements.make_due(&mission, now);
         }
     }
 
     fn is_idle(&self) -> bool {
-        self.waiting.is_empty() && self.ready.is_empty() && self.running == 0
+        self.deferred.is_empty() && self.jobs.is_empty()
     }
 
     fn publish_state(&mut self) {
@@ -240,10 +238,4 @@ impl Owner {
             }
         }
     }
-}
-
-/// The daemon's clock, ns since the Unix epoch; for people who read when a phase began, never for a decision.
-pub fn now_ns() -> u64 {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

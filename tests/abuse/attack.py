@@ -1,4 +1,6 @@
-"""A vehicle that goes on under attack (our client, which sends again what was not taken), programs that attack, and what the daemon is measured by."""
+"""A vehicle that goes on under attack (our client, which sends again what was not taken), programs that
+attack, and what the daemon is measured by.
+"""
 
 import os
 import select
@@ -26,9 +28,14 @@ VEHICLE, MISSION = "good", "good-1"
 
 
 class Good:
-    """A vehicle that tells a keyframe at a time and asks where it is."""
+    """A vehicle that tells a keyframe at a time and asks where it is.
 
-    def __init__(self, client: Client) -> None:
+    Beside each step a bystander takes one as well: a vehicle of the same kind on a daemon of its own, which
+    nobody attacks. What makes the machine slow, makes both slow.
+    """
+
+    def __init__(self, client: Client, bystander: "Good | None" = None) -> None:
+        self.bystander = bystander
         self.client = client
         self.keyframes = 0
         self.last = -1
@@ -48,12 +55,17 @@ class Good:
         assert self.client.mission(after=self.last).keyframes == self.keyframes
         return time.monotonic() - began
 
-    def steps_until(self, ended: "Hostile", bound_s: float = 60.0) -> list[float]:
-        """Steps until the other program has ended."""
+    def step_beside(self) -> tuple[float, float]:
+        """A step and one of the bystander; the times that both took, s."""
+        assert self.bystander is not None
+        return self.step(), self.bystander.step()
+
+    def steps_until(self, ended: "Hostile", bound_s: float = 60.0) -> list[tuple[float, float]]:
+        """Steps beside the bystander's until the other program has ended."""
         times, give_up_s = [], time.monotonic() + bound_s
         while ended.process.poll() is None:
             assert time.monotonic() < give_up_s, f"{ended.name} has not ended within {bound_s} s"
-            times.append(self.step())
+            times.append(self.step_beside())
         return times
 
 

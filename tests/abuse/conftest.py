@@ -22,7 +22,16 @@ def target(tmp_path: Path) -> Iterator[Daemon]:
 
 
 @pytest.fixture
-def good(target: Daemon) -> Iterator[Good]:
+def bystander(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Good]:
+    """A vehicle on a daemon of its own that nobody attacks."""
+    running = start_daemon(tmp_path_factory.mktemp("bystander"))
+    with connect(VEHICLE, running.endpoint, timeout_s=20.0) as client:
+        yield Good(client)
+    assert running.stop() == 0, running.log.read_text()
+
+
+@pytest.fixture
+def good(target: Daemon, bystander: Good) -> Iterator[Good]:
     """A vehicle on that daemon that must go on as if nothing were."""
     with connect(VEHICLE, target.endpoint, timeout_s=20.0) as client:
-        yield Good(client)
+        yield Good(client, bystander)

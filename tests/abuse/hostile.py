@@ -26,7 +26,7 @@ def begun(word: object = "begun") -> None:
 
 
 def never_reads(endpoint: str, pattern: str) -> None:
-    """Subscribes and blocks in the first callback: from then on nothing is read from the link, which lives on."""
+    """Subscribes and blocks in the first callback: from then on nothing is read from the living link."""
     with open_session(endpoint) as session:
 
         def block(_: zenoh.Sample) -> None:
@@ -107,7 +107,8 @@ def sends_far_ahead(endpoint: str, vehicle: str) -> None:
         begun()
         words = json.dumps({"words": [[index, 1] for index in range(50_000)]})
         for seq in range(5_000_000, 5_000_200):
-            message = f'{{"mission":"good-1","seq":{seq},"stamp_ns":0,"id":{seq},"pose":null,"camera":null,"appearance":{words}}}'
+            head = f'"mission":"good-1","seq":{seq},"stamp_ns":0,"id":{seq},"pose":null,"camera":null'
+            message = f'{{{head},"appearance":{words}}}'
             put(session, f"pdn/{vehicle}/v1/in/keyframe", message.encode())
         small = '{"mission":"good-1","seq":%d,"stamp_ns":0,"from":1,"to":2,"registered":true}'
         for seq in range(6_000_000, 6_005_000):

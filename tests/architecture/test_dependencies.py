@@ -128,7 +128,8 @@ def test_everything_comes_from_crates_io_and_nothing_is_banned() -> None:
 def test_cargo_deny_agrees() -> None:
     if shutil.which("cargo-deny") is None:
         pytest.skip("cargo-deny is not installed; the tests above hold the same")
-    # It reads the crates of every platform, which a build has not brought here: the registry is asked for them.
+    # It reads the crates of every platform, which a build has not brought here: the registry is asked for
+    # them.
     command = ["cargo", "deny", "--locked", "check", "bans", "licenses", "sources"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if "failed to fetch crates" in done.stderr:

@@ -1,4 +1,6 @@
-"""Daemon and tests are built from the same libraries: neither `make demo` nor `make test` builds again for the other."""
+"""Daemon and tests are built from the same libraries: neither `make demo` nor `make test` builds again for
+the other.
+"""
 
 import subprocess
 from pathlib import Path

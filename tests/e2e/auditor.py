@@ -1,6 +1,8 @@
-"""Recomputes a decision from the events, the configuration and the linearisation points: dense, and nothing of ours.
+"""Recomputes a decision from the events, the configuration and the linearisation points: dense, and nothing
+of ours.
 
-Every matrix is built whole and inverted whole; the equations are those of the paper, named at their lines."""
+Every matrix is built whole and inverted whole; the equations are those of the paper, named at their lines.
+"""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -45,8 +47,14 @@ def relative_jacobians(first: np.ndarray, second: np.ndarray, measured: np.ndarr
     return [-jacobian @ adjoint(inverse(step)), jacobian]
 
 
-def camera_terms(pose_m: np.ndarray, camera_m: np.ndarray, pose_i: np.ndarray, camera_i: np.ndarray,
-                 direction: np.ndarray | None, turn: np.ndarray | None) -> tuple[np.ndarray, list[np.ndarray]]:  # fmt: skip
+def camera_terms(
+    pose_m: np.ndarray,
+    camera_m: np.ndarray,
+    pose_i: np.ndarray,
+    camera_i: np.ndarray,
+    direction: np.ndarray | None,
+    turn: np.ndarray | None,
+) -> tuple[np.ndarray, list[np.ndarray]]:
     """Residual and Jacobians of the five-degree camera factor; no measurement means a zero residual."""
     seen = compose(inverse(pose_m @ camera_m), pose_i @ camera_i)
     distance = np.linalg.norm(seen[:3, 3])

@@ -34,8 +34,15 @@ def config(mission: str, **changes: Any) -> Json:
     }
     camera = {"body_from_camera": BODY_FROM_CAMERA}
     planner = {"min_revisit_m": 1.5}
-    return {"mission": mission, "target": {"facets": [floor], "area_m2": None}, "allowable": small, "alpha": 0.9,
-            "camera": camera, "planner": planner, **changes}  # fmt: skip
+    return {
+        "mission": mission,
+        "target": {"facets": [floor], "area_m2": None},
+        "allowable": small,
+        "alpha": 0.9,
+        "camera": camera,
+        "planner": planner,
+        **changes,
+    }
 
 
 def true_poses(lanes: int, per_lane: int) -> list[np.ndarray]:
@@ -124,6 +131,10 @@ def _camera(vehicle: Any, noise: np.random.Generator, pair: Json, seen: np.ndarr
     basis = np.linalg.svd(direction[None, :])[2][1:]
     direction = direction + drawn[:2] @ basis
     rotation = seen[:3, :3] @ exp_se3(np.r_[np.zeros(3), drawn[2:]])[:3, :3]
-    body = {**pair, "direction": (direction / np.linalg.norm(direction)).tolist(), "rotation": quaternion(rotation),
-            "covariance": np.diag(sigma**2).ravel().tolist()}  # fmt: skip
+    body = {
+        **pair,
+        "direction": (direction / np.linalg.norm(direction)).tolist(),
+        "rotation": quaternion(rotation),
+        "covariance": np.diag(sigma**2).ravel().tolist(),
+    }
     vehicle.event("factor", {"factor": {"camera": body}})

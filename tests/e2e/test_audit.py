@@ -1,4 +1,6 @@
-"""An independent program flies a small mission by JSON over Zenoh and recomputes a decision, number by number."""
+"""An independent program flies a small mission by JSON over Zenoh and recomputes a decision, number by
+number.
+"""
 
 from typing import Any
 

@@ -12,13 +12,14 @@ from conftest import start_daemon
 SEEDS = range(1, 7)
 ALPHAS = (1.0, 0.75, 0.5, 0.25, 0.0)
 
-# The rule sees the allowance exceeded at a decision, each fourth keyframe: up to then U grows by about 0.01 a keyframe.
+# The rule sees the allowance exceeded at a decision, each fourth keyframe: up to then U grows by about 0.01 a
+# keyframe.
 ONE_STEPS_GROWTH = 0.05
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[Flight, Result]:
-    """Open loop and PDN with alpha 1 over all seeds; exhaustive revisit and the other weights with the first."""
+    """Open loop and PDN with alpha 1 over all seeds; the other policies with the first."""
     flights = [Flight(policy, 1.0, seed) for seed in SEEDS for policy in ("pdn", "open-loop")]
     flights += [Flight("exhaustive", 1.0, 1), *(Flight("pdn", alpha, 1) for alpha in ALPHAS[1:])]
     folder: Path = tmp_path_factory.mktemp("runs")
@@ -42,8 +43,9 @@ def test_pdn_needs_few_revisits_and_keeps_the_allowance(results: dict[Flight, Re
 
 
 def test_the_weight_trades_path_for_uncertainty(results: dict[Flight, Result]) -> None:
-    """Full weight flies longest and none shortest. Between, drawn noise may part neighbours by one revisit more or
-    fewer: a nearer waypoint chosen once can make one more needed later."""
+    """Full weight flies longest and none shortest. Between, drawn noise may part neighbours by one revisit
+    more or fewer: a nearer waypoint chosen once can make one more needed later.
+    """
     lengths = [results[Flight("pdn", alpha, 1)].path_m for alpha in ALPHAS]
     assert lengths[0] == max(lengths)
     assert lengths[-1] == min(lengths)

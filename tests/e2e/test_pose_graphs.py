@@ -24,7 +24,9 @@ TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
 
 
 NAMES = ["sphere2500", "parking-garage", "smallGrid3D", "tinyGrid3D"]
-"""The longest first: they are streamed side by side, each as a vehicle of its own, and none waits for another."""
+"""The longest first: they are streamed side by side, each as a vehicle of its own, and none waits for
+another.
+"""
 
 
 def import_g2o(daemon: Daemon, name: str) -> None:

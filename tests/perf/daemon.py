@@ -1,9 +1,9 @@
 """Whole decisions of a real pdnd over Zenoh, on the survey that pdn-perf wrote; prints JSON, times in ms.
 
-A vehicle streams the survey but for its last keyframes. Each of these comes before one question, so that nothing is left
-of the question before. What is timed begins with the question, which is sent right after the events, and ends when the
-bytes of the reply are there; reading them is the asker's work. Beside it stands the CPU time of the daemon in between,
-which other work on the machine disturbs less.
+A vehicle streams the survey but for its last keyframes. Each of these comes before one question, so that
+nothing is left of the question before. What is timed begins with the question, which is sent right after the
+events, and ends when the bytes of the reply are there; reading them is the asker's work. Beside it stands the
+CPU time of the daemon in between, which other work on the machine disturbs less.
 """
 
 import argparse
@@ -161,7 +161,9 @@ class Mission:
         }
 
     def beliefs(self, repeats: int = 5) -> Found:
-        """The candidates' beliefs alone: their paths as paths that a person drew, asked of a state that is settled."""
+        """The candidates' beliefs alone: their paths as paths that a person drew, asked of a state that
+        has converged.
+        """
         decision = self.client.decision(detail="brief")
         places = {known.id: known.linearization.translation for known in self.client.graph().keyframes}
         paths = [[places[keyframe] for keyframe in known.path] for known in decision.candidates]

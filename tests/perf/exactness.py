@@ -20,7 +20,9 @@ DENSE_UP_TO_ROWS = 9_000
 
 
 def exactness(survey: SurveyFile, ours: Sequence[Sequence[Sequence[float]]], runs: int) -> dict[str, object]:
-    """Scaled errors of the terminal covariances of `runs` candidates: root of the mean square, and the greatest."""
+    """Scaled errors of the terminal covariances of `runs` candidates: root of the mean square, and the
+    greatest.
+    """
     candidates = spread(runs, survey.candidates)
     errors: dict[str, list[float]] = {}
     certain = 0.0

@@ -1,4 +1,6 @@
-"""GTSAM's graphs of the same information matrix: a factor for each block, already summed, which is the least work for it."""
+"""GTSAM's graphs of the same information matrix: a factor for each block, already summed, which is the
+least work for it.
+"""
 
 from collections.abc import Iterable
 

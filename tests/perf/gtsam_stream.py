@@ -1,8 +1,8 @@
 """The survey's stream of factors through iSAM2: as nearly the factors that pdn gets as GTSAM has in C++.
 
-A camera link becomes a BetweenFactorPose3 whose range is that of the truth with a deviation of RANGE_SIGMA_M, so that it
-tells next to nothing, and whose direction and rotation are as sure as the camera's. Attitude is a PoseRotationPrior, depth a
-PoseTranslationPrior that leaves the horizontal open by HORIZONTAL_SIGMA_M.
+A camera link becomes a BetweenFactorPose3 whose range is that of the truth with a deviation of RANGE_SIGMA_M,
+so that it tells next to nothing, and whose direction and rotation are as sure as the camera's. Attitude is a
+PoseRotationPrior, depth a PoseTranslationPrior that leaves the horizontal open by HORIZONTAL_SIGMA_M.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,9 @@ SETTINGS = {"as shipped (0.1, each 10th)": (0.1, 10), "close (0.01, each)": (0.0
 
 
 def stream(survey: SurveyFile, threshold: float, skip: int) -> dict[str, object]:
-    """Streams everything; CPU times of each keyframe in ms: the update, and reading the newest pose, which solves."""
+    """Streams everything; CPU times of each keyframe in ms: the update, and reading the newest pose,
+    which solves.
+    """
     parameters = gtsam.ISAM2Params()
     parameters.setRelinearizeThreshold(threshold)
     parameters.relinearizeSkip = skip
@@ -110,7 +112,7 @@ def batch_optimum(survey: SurveyFile, start: gtsam.Values) -> gtsam.Values:
 
 
 def ours(survey: SurveyFile) -> gtsam.Values:
-    """Where pdn's smoother settled."""
+    """Where pdn's smoother converged."""
     values = gtsam.Values()
     for keyframe, pose in enumerate(survey["poses"]):
         values.insert(keyframe, pose3(pose))

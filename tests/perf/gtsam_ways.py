@@ -32,7 +32,9 @@ class Way:
 
 
 def batch(survey: SurveyFile, candidates: Sequence[int], orderings: Sequence[str] = ORDERINGS) -> Way:
-    """The paper's way: everything is ordered and eliminated for each candidate. Of the orderings the quicker one."""
+    """The paper's way: everything is ordered and eliminated for each candidate. Of the orderings the
+    quicker one.
+    """
     return _quicker("batch", 0.0, base_graph(survey), survey, candidates, orderings)
 
 
@@ -42,7 +44,9 @@ def untouched_once(
     touched_by: Sequence[int],
     orderings: Sequence[str] = ORDERINGS,
 ) -> Way:
-    """Poses that none of the candidates `touched_by` touches are eliminated once; the rest anew for each candidate."""
+    """Poses that none of the candidates `touched_by` touches are eliminated once; the rest anew for each
+    candidate.
+    """
     base = base_graph(survey)
     touched = set().union(*(survey.linked(candidate) for candidate in touched_by))
     colamd = gtsam.Ordering.ColamdConstrainedLastGaussianFactorGraph
@@ -53,7 +57,9 @@ def untouched_once(
 
 
 def isam2_copies(survey: SurveyFile, candidates: Sequence[int]) -> Way:
-    """A copy of iSAM2's tree for each candidate, which takes in its factors; only the terminal node is kept last."""
+    """A copy of iSAM2's tree for each candidate, which takes in its factors; only the terminal node is
+    kept last.
+    """
     parameters = gtsam.ISAM2Params()
     parameters.enableRelinearization = False
     tree = gtsam.ISAM2(parameters)
@@ -107,6 +113,8 @@ def _terminal(graph: gtsam.GaussianFactorGraph, ordering: gtsam.Ordering) -> Arr
 
 
 def _with_last(found: gtsam.Ordering, last: int) -> gtsam.Ordering:
-    """METIS knows no constraint: the last node is moved to the end, where as the end of a chain it costs little."""
+    """METIS knows no constraint: the last node is moved to the end, where as the end of a chain it costs
+    little.
+    """
     keys = keys_of(found)
     return found if keys[-1] == last else ordering_of([*(key for key in keys if key != last), last])

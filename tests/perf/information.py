@@ -17,7 +17,9 @@ Solver = Callable[[Array], Array]
 
 
 def information(survey: SurveyFile, candidate: int) -> Sparse:
-    """Lambda_pdn in 80-bit floating point: the exact sum of the blocks, or nearly so. The last six rows are the terminal's."""
+    """Lambda_pdn in 80-bit floating point: the exact sum of the blocks, or nearly so. The last six rows
+    are the terminal's.
+    """
     pairs = list(survey.path(candidate))
     firsts = np.array([pair.first_node for pair in pairs])
     seconds = np.array([pair.second_node for pair in pairs])

@@ -1,4 +1,5 @@
-"""What the peers take for the input that pdn-perf wrote; each command is a process of its own and prints JSON.
+"""What the peers take for the input that pdn-perf wrote; each command is a process of its own and prints
+JSON.
 
 It keeps to one processor, and what is timed runs in C++ on one thread.
 """

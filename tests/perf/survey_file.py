@@ -1,4 +1,6 @@
-"""The input that `pdn-perf run --write` leaves for the peers: the matrix, the candidates, the stream of factors."""
+"""The input that `pdn-perf run --write` leaves for the peers: the matrix, the candidates, the stream of
+factors.
+"""
 
 import json
 from collections.abc import Iterator
@@ -16,7 +18,9 @@ ZERO_BLOCK = np.zeros((6, 6))
 
 
 class Pair(NamedTuple):
-    """Information that two nodes share, [[first, cross], [cross^T, second]], and what the second has on its own."""
+    """Information that two nodes share, [[first, cross], [cross^T, second]], and what the second has on
+    its own.
+    """
 
     first_node: int
     second_node: int
@@ -55,7 +59,9 @@ class SurveyFile:
         return {self.keyframes - 1, *self["link_ends"][links, 1].tolist()}
 
     def path(self, candidate: int) -> Iterator[Pair]:
-        """What a candidate adds: odometry with what the later node has on its own, then links weighted by P_L."""
+        """What a candidate adds: odometry with what the later node has on its own, then links weighted by
+        P_L.
+        """
         robot = self.keyframes - 1
         for step, at in enumerate(range(self._first_node[candidate], self._first_node[candidate + 1])):
             yield Pair(robot + step, robot + step + 1, *self["steps"][at], self["unary"][at])

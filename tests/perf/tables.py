@@ -144,8 +144,8 @@ def updates(surveys: Iterable[Found]) -> str:
         ours = survey["ours"]
         followers = [
             ("ours", ours["update"], ours["drift"]),
-            ("ours, settled at the end", None, ours["settled_drift"]),
-            ("ours, but for those that settle", ours["update_between"], None),
+            ("ours, converged at the end", None, ours["converged_drift"]),
+            ("ours, but for those that relinearize", ours["update_between"], None),
         ]
         for name, isam2 in survey.get("isam2", {}).items():
             followers.append((f"iSAM2 {name}", isam2["update"], isam2["drift"]))

@@ -68,10 +68,12 @@ def _candidate(survey: Found) -> Iterator[Target]:
 
 
 def whole_decisions(survey: Found) -> list[Found]:
-    """What was asked of pdnd, with the candidates' number and the CPU time of their beliefs alone, ms, where there are any.
+    """What was asked of pdnd, with the candidates' number and the CPU time of their beliefs alone, ms,
+    where there are any.
 
-    Where all is told of each candidate, the beliefs are `rpc/evaluate` of the same paths. Of a choice they are what
-    pdn-perf found on the smoother's tree for as many virtual nodes, and all that is told of one.
+    Where all is told of each candidate, the beliefs are `rpc/evaluate` of the same paths. Of a choice
+    they are what pdn-perf found on the smoother's tree for as many virtual nodes, and all that is told of
+    one.
     """
     of = survey["daemon"]
     listed = of["weighed"][0]
@@ -122,9 +124,9 @@ def _update(survey: Found) -> Iterator[Target]:
 
 def _drift(survey: Found) -> Iterator[Target]:
     if survey["keyframes"] >= 10_000:
-        drift = max(survey["ours"]["settled_drift"])
+        drift = max(survey["ours"]["converged_drift"])
         where = f"N = {survey['keyframes']:,}, {survey['salient_percent']} % salient"
-        yield Target(f"{where}: settled, at the batch optimum to 1e-6", f"{drift:.1e}", drift <= 1e-6)
+        yield Target(f"{where}: converged, at the batch optimum to 1e-6", f"{drift:.1e}", drift <= 1e-6)
 
 
 def _memory(survey: Found) -> Iterator[Target]:

@@ -11,8 +11,9 @@ ROUNDS = 12
 def truth(matrix: Sparse, solve: Solver) -> tuple[Array, float]:
     """The last 6x6 block of the inverse of an 80-bit matrix, and the size of its last correction, scaled.
 
-    Iterative refinement: a factor in doubles solves, residuals and sums are taken in 80 bits, until corrections no longer
-    shrink. What is left is the error of 80-bit arithmetic, 2^11 times less than that of doubles.
+    Iterative refinement: a factor in doubles solves, residuals and sums are taken in 80 bits, until
+    corrections no longer shrink. What is left is the error of 80-bit arithmetic, 2^11 times less than
+    that of doubles.
     """
     right = last_columns(matrix.shape[0]).astype(np.longdouble)
     solution = np.zeros_like(right)

@@ -1,7 +1,8 @@
 """A vehicle at the far end of a link that a test cuts: `distant_vehicle.py ENDPOINT KEYFRAMES_PER_S`.
 
-Tells keyframes at that rate and prints a line with the time (s, the machine's monotonic clock), how many events it has
-told and how many are durable; it ends, with all of them durable, once its standard input is closed.
+Tells keyframes at that rate and prints a line with the time (s, the machine's monotonic clock), how many
+events it has told and how many are durable; it ends, with all of them durable, once its standard input is
+closed.
 """
 
 import sys

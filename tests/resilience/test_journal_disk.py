@@ -1,5 +1,5 @@
-"""Disks that fill up or cannot be written, and journals that are damaged: each has a named outcome, the vehicle's
-events go on, and nothing is guessed.
+"""Disks that fill up or cannot be written, and journals that are damaged: each has a named outcome, the
+vehicle's events go on, and nothing is guessed.
 """
 
 import json

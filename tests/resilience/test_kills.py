@@ -1,5 +1,5 @@
-"""A daemon that is killed again and again during missions: what it had said is durable is there, and the decisions are
-those of a daemon that was left alone.
+"""A daemon that is killed again and again during missions: what it had said is durable is there, and the
+decisions are those of a daemon that was left alone.
 """
 
 import json
@@ -92,7 +92,7 @@ class Mission:
     def fly(self, session: zenoh.Session, life: Life) -> None:
         """Goes on from where the daemon is, to the end."""
         vehicle = JsonVehicle(session, "auv", self.script.mission)
-        ask = Asking(vehicle, life)
+        ask = Requester(vehicle, life)
         if not self.configured:
             ask.once("op/configure", config(self.script.mission), "repeated_id", "illegal_transition")
             self.configured = True
@@ -124,7 +124,7 @@ class Mission:
             ask.once("op/complete", {"reason": "all is photographed"}, "illegal_transition")
         self.completed = True
 
-    def ingested(self, ask: "Asking", durable: int) -> int:
+    def ingested(self, ask: "Requester", durable: int) -> int:
         """The next event once those below `durable` are durable; remembers what the daemon has promised."""
         end = time.monotonic() + 30.0
         while True:
@@ -134,7 +134,7 @@ class Mission:
                 return int(status["next_seq"])
             assert time.monotonic() < end, f"{status}, but {durable} should be durable"
 
-    def decide(self, ask: "Asking", after: int) -> None:
+    def decide(self, ask: "Requester", after: int) -> None:
         decision = ask("rpc/decision", after=after, detail="full", mission=self.script.mission)
         text = plain(decision)
         assert decision["graph_seq"] == after + 1
@@ -142,8 +142,8 @@ class Mission:
 
 
 @dataclass
-class Asking:
-    """Asks with patience, as long as the daemon lives."""
+class Requester:
+    """Asks again until there is an answer, as long as the daemon lives."""
 
     vehicle: JsonVehicle
     life: Life
@@ -160,7 +160,9 @@ class Asking:
                 assert time.monotonic() < end, f"{key} is not answered"
 
     def once(self, key: str, payload: Json, *done_already: str) -> None:
-        """A command that a daemon may have carried out and answered to nobody: it is refused then by these codes."""
+        """A command that a daemon may have carried out and answered to nobody: it is refused then by these
+        codes.
+        """
         try:
             self(key, payload)
         except ErrorReply as error:
@@ -232,7 +234,7 @@ def test_a_daemon_that_is_killed_loses_nothing(tmp_path: Path, kills: int) -> No
     answered = sum(len(mission.decisions) for mission in missions)
     durable = sum(mission.durable for mission in missions)
     print(
-        f"\n{killed} kills over {len(missions)} missions: 0 of {durable} durable events and 0 of {answered} answered "
-        f"decisions lost, all decisions as undisturbed; slowest start to ready {slowest_s:.2f} s on "
+        f"\n{killed} kills over {len(missions)} missions: 0 of {durable} durable events and 0 of {answered} "
+        f"answered decisions lost, all decisions as undisturbed; slowest start to ready {slowest_s:.2f} s on "
         f"{os.cpu_count()} cores"
     )

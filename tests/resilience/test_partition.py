@@ -1,5 +1,5 @@
-"""A vehicle in a network of its own, and the cable between it and the daemon: cut, for a while, without a word to
-either side (the packets vanish), and a daemon that stands still.
+"""A vehicle in a network of its own, and the cable between it and the daemon: cut, for a while, without a
+word to either side (the packets vanish), and a daemon that stands still.
 """
 
 import os
@@ -14,9 +14,16 @@ from pathlib import Path
 
 import pytest
 from pdn.client import connect
+from pdn.client.backoff import STALL_LAST_S
+from pdn.client.session import RECONNECT_LAST_MS
 
-from conftest import Daemon, free_port, start_daemon, wait_until
+from conftest import Daemon, free_port, outage, start_daemon, wait_until
 from survey import config
+
+TIMERS_S = STALL_LAST_S + 0.001 * RECONNECT_LAST_MS
+"""The longest pauses of the client, before it asks which events have arrived and before it connects again, s.
+They decide how long recovery takes, whatever the machine's load: it was 1.7 s at most.
+"""
 
 RATE = 20
 """Keyframes a second; with their odometry 40 events."""
@@ -30,10 +37,9 @@ class Cable:
     outside: str
     here: str
 
-    def cut(self) -> None:
+    def cut_for(self, duration_s: float) -> None:
         run("ip", "link", "set", self.outside, "down")
-
-    def mend(self) -> None:
+        outage(duration_s)
         run("ip", "link", "set", self.outside, "up")
 
 
@@ -119,6 +125,13 @@ def recovery(vehicle: Distant, since_s: float, before: int) -> tuple[float, floa
     return first - since_s, whole - since_s
 
 
+def judge_recovery(what: str, vehicle: Distant, before: int) -> None:
+    """All that was told during an outage that ends now arrives before the timers have run out twice."""
+    first_s, whole_s = recovery(vehicle, time.monotonic(), before)
+    print(f"{what}: events go on after {first_s:.2f} s, all are there after {whole_s:.2f} s")
+    assert whole_s < 2.0 * TIMERS_S
+
+
 def judge(daemon: Daemon, vehicle: Distant) -> None:
     """Nothing is lost and nothing counted twice."""
     vehicle.end()
@@ -130,34 +143,24 @@ def judge(daemon: Daemon, vehicle: Distant) -> None:
 
 
 @pytest.mark.timeout(240)
-@pytest.mark.parametrize("length_s", [2.0, 8.0, pytest.param(30.0, marks=pytest.mark.torture)])
-def test_a_cable_that_is_cut(cable: Cable, daemon: Daemon, length_s: float) -> None:
+@pytest.mark.parametrize("duration_s", [2.0, 8.0, pytest.param(30.0, marks=pytest.mark.torture)])
+def test_a_cable_that_is_cut(cable: Cable, daemon: Daemon, duration_s: float) -> None:
     begin(daemon)
     vehicle = distant(cable, daemon)
-    cable.cut()
     before = vehicle.durable()
-    threading.Event().wait(length_s)
-    cable.mend()
-    first_s, whole_s = recovery(vehicle, time.monotonic(), before)
-    print(
-        f"a cable cut for {length_s:g} s: events go on after {first_s:.2f} s, all are there after {whole_s:.2f} s"
-    )
-    assert whole_s < 10.0
+    cable.cut_for(duration_s)
+    judge_recovery(f"a cable cut for {duration_s:g} s", vehicle, before)
     judge(daemon, vehicle)
 
 
 @pytest.mark.timeout(240)
-@pytest.mark.parametrize("length_s", [2.0, pytest.param(30.0, marks=pytest.mark.torture)])
-def test_a_daemon_that_stands_still(cable: Cable, daemon: Daemon, length_s: float) -> None:
+@pytest.mark.parametrize("duration_s", [2.0, pytest.param(30.0, marks=pytest.mark.torture)])
+def test_a_daemon_that_stands_still(cable: Cable, daemon: Daemon, duration_s: float) -> None:
     begin(daemon)
     vehicle = distant(cable, daemon)
     daemon.process.send_signal(signal.SIGSTOP)
     before = vehicle.durable()
-    threading.Event().wait(length_s)
+    outage(duration_s)
     daemon.process.send_signal(signal.SIGCONT)
-    first_s, whole_s = recovery(vehicle, time.monotonic(), before)
-    print(
-        f"a daemon still for {length_s:g} s: events go on after {first_s:.2f} s, all are there after {whole_s:.2f} s"
-    )
-    assert whole_s < 10.0
+    judge_recovery(f"a daemon still for {duration_s:g} s", vehicle, before)
     judge(daemon, vehicle)

@@ -1,4 +1,6 @@
-"""How soon a killed daemon serves a long survey again, its checkpoint being as old as kills find it."""
+"""How soon a killed daemon serves a long survey again, its checkpoint being as old as kills find it: in less
+time than the same machine took to be told of the survey.
+"""
 
 import subprocess
 import time
@@ -11,17 +13,25 @@ from conftest import pdnd_binary, start_daemon
 from json_zenoh import JsonVehicle, open_session
 from survey_file import SurveyFile
 
-BOUND_S = 4.0
-"""Two seconds are asked for on a quiet machine (the figure in the README); twice that on a busy one."""
+STARTS = 5
+"""Starts of an empty daemon that a return may take beside that: a busy machine is slow to start programs."""
+
+MANY = 20_000
+MANY_S = 4.0
+"""How soon with so many keyframes on a quiet machine, s: two are asked for (the figure in the README)."""
 
 
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("keyframes", [500, pytest.param(20_000, marks=pytest.mark.torture)])
+@pytest.mark.parametrize("keyframes", [500, pytest.param(MANY, marks=pytest.mark.torture)])
 def test_a_killed_daemon_is_soon_back(tmp_path: Path, keyframes: int) -> None:
     survey = make_survey(tmp_path / "survey", keyframes)
+    began = time.monotonic()
     running = start_daemon(tmp_path)
+    start_s = time.monotonic() - began
     mission = Mission(running, "auv", survey, {})
+    began = time.monotonic()
     mission.fly_to(keyframes)
+    told_s = time.monotonic() - began
     before = mission.client.mission()
     running.process.kill()
     running.process.wait()
@@ -30,12 +40,17 @@ def test_a_killed_daemon_is_soon_back(tmp_path: Path, keyframes: int) -> None:
     began = time.monotonic()
     again = start_daemon(tmp_path)
     took_s = time.monotonic() - began
-    print(f"{keyframes} keyframes, {before.next_seq} events: back in {took_s:.2f} s")
     with open_session(again.endpoint) as session:
         after = JsonVehicle(session, "auv", "auv").ask("rpc/mission")
     assert (after["phase"], after["keyframes"], after["next_seq"]) == ("held", keyframes, before.next_seq)
     assert again.stop() == 0
-    assert took_s < BOUND_S
+    print(
+        f"{keyframes} keyframes, {before.next_seq} events: told in {told_s:.2f} s, back in {took_s:.2f} s; "
+        f"an empty daemon starts in {start_s:.2f} s"
+    )
+    assert took_s < told_s + STARTS * start_s
+    if keyframes == MANY:
+        assert took_s < MANY_S
 
 
 def make_survey(file: Path, keyframes: int) -> SurveyFile:

@@ -1,7 +1,8 @@
 """Mission after mission, with clients that come and go: what the daemon takes up does not grow.
 
-A keyframe a second makes an hour's worth of 3,600; compressed, since nothing in the daemon waits for the clock. Missions
-that have ended are forgotten beyond `max_missions`, so that from then on memory has no reason to grow.
+A keyframe a second makes an hour's worth of 3,600; compressed, since nothing in the daemon waits for the
+clock. Missions that have ended are forgotten beyond `max_missions`, so that from then on memory has no reason
+to grow.
 """
 
 from pathlib import Path
@@ -50,8 +51,9 @@ def test_memory_and_descriptors_stay_flat(tmp_path: Path, missions: int) -> None
         open_files.append(descriptors(daemon))
     warm_mib = max(memory[:WARM])
     print(
-        f"{missions} missions, {keyframes} keyframes: memory {memory[0]:.1f} MiB after the first, {warm_mib:.1f} when warm, "
-        f"{max(memory[WARM:]):.1f} at most since, {memory[-1]:.1f} at the end; descriptors {open_files[0]} to {open_files[-1]}"
+        f"{missions} missions, {keyframes} keyframes: memory {memory[0]:.1f} MiB after the first, "
+        f"{warm_mib:.1f} when warm, {max(memory[WARM:]):.1f} at most since, {memory[-1]:.1f} at the end; "
+        f"descriptors {open_files[0]} to {open_files[-1]}"
     )
     assert max(memory[WARM:]) <= SPARE * warm_mib + SPARE_MIB
     assert max(open_files) - min(open_files) <= 2

@@ -1,5 +1,5 @@
-"""A daemon as `deploy/secured` sets it up, and sessions with it as any client could open them, without our library's
-politeness.
+"""A daemon as `deploy/secured` sets it up, and sessions with it as any client could open them, without our
+library's politeness.
 """
 
 import json

@@ -1,4 +1,6 @@
-"""Who does not come in at all, and what our client says about it; and a whole mission over TLS, each by its role."""
+"""Who does not come in at all, and what our client says about it; and a whole mission over TLS, each by its
+role.
+"""
 
 import json
 import os
@@ -98,7 +100,10 @@ EXPLAINED = {
 def test_what_is_wrong_is_said(secured: Secured, strangers: Path, tmp_path: Path, case: str) -> None:
     options, protocol, words = EXPLAINED[case]
     good = secured.certificates
-    files = {"mixed": (good, "vehicle.pem", good, "operator.key", good), "half": (strangers, "vehicle.pem", strangers, "vehicle.key", good)}  # fmt: skip
+    files = {
+        "mixed": (good, "vehicle.pem", good, "operator.key", good),
+        "half": (strangers, "vehicle.pem", strangers, "vehicle.key", good),
+    }
     for name, (one, certificate, other, key, authority) in files.items():
         folder = tmp_path / name
         folder.mkdir()

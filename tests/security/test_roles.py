@@ -1,7 +1,8 @@
-"""Each thing that a role must not do, tried by a client that holds the role's certificate and does not care, and seen
-to have no effect; and each thing that it may do, seen to work.
+"""Each thing that a role must not do, tried by a client that holds the role's certificate and does not care,
+and seen to have no effect; and each thing that it may do, seen to work.
 
-`MAY` says what each role is for, as the contract and deploy/README.md do, and not as the configuration has it.
+`MAY` says what each role is for, as the contract and deploy/README.md do, and not as the configuration has
+it.
 """
 
 import json
@@ -118,7 +119,8 @@ def test_publishing_what_only_the_daemon_says_or_nobody(secured: Secured, role: 
     session.delete(f"pdn/forged/v1/{key}", allowed_destination=REMOTE)
     put(session, key if key == "elsewhere" else "pdn/**", "forged")
     if role == "vehicle":
-        # A refusal of the daemon, for the pattern under in/ or for this, comes last: what came before is all there is.
+        # A refusal of the daemon, for the pattern under in/ or for this, comes last: what came before is all
+        # there is.
         put(session, "pdn/forged/v1/in/link", "?")
         assert heard.get(timeout=10.0) == "pdn/forged/v1/out/rejected"
     else:
@@ -144,7 +146,7 @@ def test_hearing_publications(secured: Secured, role: str) -> None:
 @pytest.mark.parametrize("pattern", [f"{HULL}/in/*", f"{HULL}/**", "**", f"{HULL}/op/*"])
 @pytest.mark.parametrize("role", ROLES)
 def test_listening_in(secured: Secured, role: str, pattern: str) -> None:
-    """Nobody hears events; by a pattern that holds them one hears no more than what comes in for the control."""
+    """Nobody hears events; by a pattern that holds them one hears only what comes in for the control."""
     heard: list[str] = []
     listening = secured.sessions[role].declare_subscriber(
         pattern, lambda sample: heard.append(str(sample.key_expr))

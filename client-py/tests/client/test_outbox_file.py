@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from pdn.client import OutboxUnusable
 from pdn.client.outbox import Entry
-from pdn.client.outbox_file import MAGIC, SPARE_BYTES, OutboxFile
+from pdn.client.outbox_file import COMPACT_AFTER_BYTES, MAGIC, OutboxFile
 
 
 def entry(seq: int, size: int = 20) -> Entry:
@@ -64,7 +64,7 @@ def test_what_is_not_durable_is_there_again(
                 file.append(entry(next_seq, size))
                 next_seq += 1
         live = (next_seq - durable_seq) * (2 * size + 200)
-        assert file.path.stat().st_size <= 2 * live + SPARE_BYTES + 2 * size + 500
+        assert file.path.stat().st_size <= 2 * live + COMPACT_AFTER_BYTES + 2 * size + 500
     file.trim(next_seq)
     file.close()
     assert not file.path.exists()

@@ -1,7 +1,7 @@
 """The sender against a planner that loses, repeats, stalls, restarts and refuses; no network, so that
 each fault is exact.
 
-Waits are on conditions with a bound of `PATIENCE_S`, far above the fraction of a second that each case
+Waits are on conditions with a bound of `WAIT_S`, far above the fraction of a second that each case
 takes.
 """
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pdn.client import patience as patience_module
+from pdn.client import backoff as backoff_module
 from pdn.client import sender as sender_module
 from pdn.client.errors import (
     EventsRefused,
@@ -29,7 +29,7 @@ from pdn.client.outbox import Entry
 from pdn.client.outbox_file import OutboxFile
 from pdn.client.sender import Sender
 
-PATIENCE_S = 20.0
+WAIT_S = 20.0
 
 
 @dataclass
@@ -80,11 +80,11 @@ class Planner:
                     return
                 case "ended" if self.sender:
                     sender, problem = self.sender, Problem("mission_ended", "configure a new one", entry.seq)
-                    sender.hand_over(lambda: sender.rejected(problem))
+                    sender.enqueue(lambda: sender.rejected(problem))
             status = Status(self.status.next_seq, self.status.durable_seq)
         if self.acknowledges and self.sender:
             sender = self.sender
-            sender.hand_over(lambda: sender.acknowledged(status.next_seq, status.durable_seq))
+            sender.enqueue(lambda: sender.acknowledged(status.next_seq, status.durable_seq))
 
     def ingest(self, timeout_s: float) -> Status:
         del timeout_s
@@ -102,13 +102,13 @@ class Planner:
             del self.applied[self.status.durable_seq :]
             self.status.next_seq = self.status.durable_seq
         assert self.sender
-        self.sender.hand_over(self.sender.planner_went)
+        self.sender.enqueue(self.sender.planner_disappeared)
 
     def come_back(self) -> None:
         with self.lock:
             self.present = True
         assert self.sender
-        self.sender.hand_over(self.sender.planner_came)
+        self.sender.enqueue(self.sender.planner_appeared)
 
     def _apply(self, entry: Entry) -> None:
         if entry.seq == self.status.next_seq:
@@ -123,21 +123,21 @@ class Planner:
         self.status.rejected += 1
         if announce and self.sender:
             sender, problem = self.sender, Problem("not_unit", "normalise it", entry.seq)
-            sender.hand_over(lambda: sender.rejected(problem))
+            sender.enqueue(lambda: sender.rejected(problem))
 
 
 @contextmanager
 def sending(planner: Planner, **options: object) -> Iterator[Sender]:
     sender = Sender("m", planner, planner.ingest(1.0), **options)  # type: ignore[arg-type]
     planner.sender = sender
-    sender.begin()
+    sender.start()
     try:
         yield sender
     finally:
         sender.close()
 
 
-def post(sender: Sender, timeout_s: float = PATIENCE_S) -> int:
+def post(sender: Sender, timeout_s: float = WAIT_S) -> int:
     return sender.post(lambda seq: Entry(seq, "in/keyframe", b"%d" % seq, "text/plain"), timeout_s)
 
 
@@ -148,7 +148,7 @@ def expected(count: int) -> list[bytes]:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A tenth of the real time-outs, so that the tests take a second."""
-    monkeypatch.setattr(patience_module, "STALL_S", 0.075)
+    monkeypatch.setattr(backoff_module, "STALL_S", 0.075)
     monkeypatch.setattr(sender_module, "LATE_REASONS_S", 0.1)
 
 
@@ -166,7 +166,7 @@ def test_everything_arrives_once_and_in_order(fate: Callable[[int, int], str]) -
     planner = Planner(fate)
     with sending(planner) as sender:
         assert [post(sender) for _ in range(2000)] == list(range(2000))
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(2000)
 
 
@@ -175,7 +175,7 @@ def test_lost_acknowledgements_are_made_up_for_by_asking() -> None:
     with sending(planner, window=16) as sender:
         for _ in range(40):
             post(sender)
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(40)
     assert planner.questions >= 3
 
@@ -185,14 +185,14 @@ def test_planner_that_restarts_gets_again_what_was_not_durable() -> None:
     with sending(planner) as sender:
         for _ in range(100):
             post(sender)
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
         planner.crash()
         for _ in range(100):
             post(sender)
         with pytest.raises(Timeout, match="from 100 on"):
             sender.flush(0.05)
         planner.come_back()
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(200)
 
 
@@ -202,7 +202,7 @@ def test_planner_that_comes_back_unannounced_is_found() -> None:
         planner.crash()
         post(sender)
         planner.present = True
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(1)
 
 
@@ -211,13 +211,13 @@ def test_planner_that_lost_what_was_durable_breaks_the_stream() -> None:
     with sending(planner) as sender:
         for _ in range(10):
             post(sender)
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
         planner.crash()
         planner.status = Status(4, 4)
         planner.come_back()
         post(sender)
         with pytest.raises(MissionLost, match="lost 6 events"):
-            sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
         with pytest.raises(MissionLost):
             post(sender)
 
@@ -229,7 +229,7 @@ def test_planner_that_forgot_the_mission_breaks_the_stream() -> None:
         planner.come_back()
         post(sender)
         with pytest.raises(MissionLost, match="no longer knows"):
-            sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
 
 
 def test_another_sender_on_the_mission_is_noticed() -> None:
@@ -238,7 +238,7 @@ def test_another_sender_on_the_mission_is_noticed() -> None:
         post(sender)
         planner.status = Status(9, 9)
         with pytest.raises(StreamBroken, match="Another program"):
-            sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
 
 
 def test_full_window_blocks_with_a_bound_and_takes_nothing() -> None:
@@ -251,7 +251,7 @@ def test_full_window_blocks_with_a_bound_and_takes_nothing() -> None:
         assert sender.next_seq == 8
         planner.fate = lambda seq, copy: "deliver"
         assert post(sender) == 8
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(9)
 
 
@@ -261,13 +261,13 @@ def test_refusals_are_raised_at_the_next_call_and_the_rest_goes_on() -> None:
         for _ in range(2):
             post(sender)
         with pytest.raises(EventsRefused) as caught:
-            sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
         assert (caught.value.code, caught.value.seq) == ("not_unit", 1)
         assert post(sender) == 2
         assert post(sender) == 3
         with pytest.raises(EventsRefused, match="event 2"):
-            sender.flush(PATIENCE_S)
-        sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
+        sender.flush(WAIT_S)
         assert [problem.seq for problem in sender.refusals] == [1, 2]
     assert planner.applied == [b"0", b"refused", b"refused", b"3"]
 
@@ -278,10 +278,10 @@ def test_refusals_go_to_the_callback_once() -> None:
     with sending(planner, on_rejected=lambda problem: seen.append(problem.seq), raises=False) as sender:
         for _ in range(3):
             post(sender)
-        sender.flush(PATIENCE_S)
-        sender.hand_over(lambda: sender.rejected(Problem("not_unit", "normalise it", 1)))
+        sender.flush(WAIT_S)
+        sender.enqueue(lambda: sender.rejected(Problem("not_unit", "normalise it", 1)))
         post(sender)
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert seen == [1]
 
 
@@ -291,8 +291,8 @@ def test_refusals_whose_reasons_got_lost_are_still_reported() -> None:
         for _ in range(3):
             post(sender)
         with pytest.raises(EventsRefused, match="1 events were refused"):
-            sender.flush(PATIENCE_S)
-        sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
+        sender.flush(WAIT_S)
 
 
 @pytest.mark.parametrize("raises", [True, False])
@@ -302,7 +302,7 @@ def test_a_mission_that_has_ended_breaks_the_stream_at_once(raises: bool) -> Non
         for _ in range(3):
             post(sender)
         with pytest.raises(StreamBroken, match="takes no more events: configure a new one"):
-            sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
         assert [problem.seq for problem in sender.refusals] == [2]
 
 
@@ -310,18 +310,18 @@ def test_refusals_of_events_that_are_not_looked_at_only_delay_them() -> None:
     planner = Planner()
     with sending(planner) as sender:
         post(sender)
-        sender.hand_over(lambda: sender.rejected(Problem("overloaded", "later", 0)))
-        sender.flush(PATIENCE_S)
+        sender.enqueue(lambda: sender.rejected(Problem("overloaded", "later", 0)))
+        sender.flush(WAIT_S)
         assert sender.refusals == []
 
 
 def test_too_many_acknowledgements_do_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sender_module, "MAX_NEWS", 2)
+    monkeypatch.setattr(sender_module, "INBOX_CAPACITY", 2)
     planner = Planner()
     with sending(planner) as sender:
         for _ in range(1000):
             post(sender)
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(1000)
 
 
@@ -332,13 +332,13 @@ def test_refusals_without_end_do_not_keep_events_from_going_out() -> None:
         def another() -> None:
             sender.rejected(Problem("invalid", "rubbish of somebody else", None))
             if not ended.is_set():
-                sender.hand_over(another)
+                sender.enqueue(another)
 
         another()
         try:
             for _ in range(100):
                 post(sender)
-            sender.flush(PATIENCE_S)
+            sender.flush(WAIT_S)
         finally:
             ended.set()
     assert planner.applied == expected(100)
@@ -351,8 +351,8 @@ def test_a_number_with_two_contents_breaks_the_stream() -> None:
     planner = Planner()
     with sending(planner, raises=False) as sender:
         post(sender)
-        sender.flush(PATIENCE_S)
-        sender.hand_over(lambda: sender.rejected(Problem("conflict", "other content", 0)))
+        sender.flush(WAIT_S)
+        sender.enqueue(lambda: sender.rejected(Problem("conflict", "other content", 0)))
         with pytest.raises(TwoPublishers, match="Another program sends events of mission m"):
             fill(sender)
 
@@ -360,9 +360,9 @@ def test_a_number_with_two_contents_breaks_the_stream() -> None:
 def test_a_conflict_about_events_of_before_concerns_this_stream_not() -> None:
     planner = Planner(status=Status(5, 5))
     with sending(planner, raises=False) as sender:
-        sender.hand_over(lambda: sender.rejected(Problem("conflict", "other content", 4)))
+        sender.enqueue(lambda: sender.rejected(Problem("conflict", "other content", 4)))
         post(sender)
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
 
 
 def fill(sender: Sender) -> None:
@@ -384,7 +384,7 @@ def test_what_an_earlier_program_left_is_sent_whatever_the_planner_has_of_it(
     with sending(planner, store=OutboxFile(tmp_path, "auv", "m")) as sender:
         assert sender.next_seq == 10
         assert post(sender) == 10
-        sender.flush(PATIENCE_S)
+        sender.flush(WAIT_S)
     assert planner.applied == expected(11)
     assert all(planner.copies.get(seq, 0) > 0 for seq in range(11)), "each is compared with what came before"
     assert not list(tmp_path.iterdir()), "all is durable"

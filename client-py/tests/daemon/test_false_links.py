@@ -14,7 +14,7 @@ from running import Daemon
 
 from pdn.client import connect
 from pdn.sim import flight, remote, scenario_file
-from pdn.sim.plant import Registration
+from pdn.sim.hardware import Registration
 from pdn.sim.scenario import Scenario
 
 FALSE_SHARE = 0.05

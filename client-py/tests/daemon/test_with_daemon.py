@@ -25,7 +25,7 @@ FACET = {"origin": [0, 0, 0], "u": [1, 0, 0], "v": [0, 1, 0], "length_u_m": 10, 
 STEP = wire.Pose(translation=(0.5, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0))
 START = wire.Pose(translation=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0))
 COVARIANCE = 1e-4 * np.eye(6)
-PATIENCE_S = 60.0
+WAIT_S = 60.0
 
 
 def begin(client: Client, mission: str = "m") -> None:
@@ -90,10 +90,10 @@ def test_a_refused_event_is_told_and_the_rest_goes_on(daemon: Daemon) -> None:
         events.keyframe(1)
         last = events.odometry(0, 1, STEP, COVARIANCE)
         with pytest.raises(EventsRefused) as caught:
-            events.flush(PATIENCE_S)
+            events.flush(WAIT_S)
         assert (caught.value.code, caught.value.seq) == ("unknown_keyframe", 1)
         assert client.mission(after=last).keyframes == 2
-        events.flush(PATIENCE_S)
+        events.flush(WAIT_S)
         events.close()
 
 
@@ -106,7 +106,7 @@ def test_a_link_that_breaks_loses_nothing(daemon: Daemon) -> None:
                 last = survey(events, 100)
                 proxy.cut()
                 last = survey(events, 200, first=100)
-                events.flush(PATIENCE_S)
+                events.flush(WAIT_S)
             assert client.mission(after=last).keyframes == 200
     finally:
         proxy.close()
@@ -121,7 +121,7 @@ def test_a_daemon_that_stands_still_for_a_while_loses_nothing(daemon: Daemon) ->
             waking = threading.Timer(2.0, daemon.signal, [signal.SIGCONT])
             waking.start()
             last = survey(events, 300, first=20)
-            events.flush(PATIENCE_S)
+            events.flush(WAIT_S)
             waking.join()
         assert client.mission(after=last).keyframes == 300
 
@@ -157,7 +157,7 @@ def test_a_daemon_whose_journals_are_lost_is_noticed(daemon: Daemon) -> None:
         begin(client)
         events = client.mission_stream()
         survey(events, 5)
-        events.flush(PATIENCE_S)
+        events.flush(WAIT_S)
         daemon.kill()
         shutil.rmtree(daemon.folder / "state")
         daemon.start()
@@ -168,4 +168,4 @@ def test_a_daemon_whose_journals_are_lost_is_noticed(daemon: Daemon) -> None:
 
 def go_on(events: MissionStream) -> None:
     survey(events, 10, first=5)
-    events.flush(PATIENCE_S)
+    events.flush(WAIT_S)

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from pdn.sim.planner import Advice, Fix
-from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
+from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
+from pdn.sim.planner import Decision, Fix
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, adjoint, exp, log_rotation
 
@@ -19,7 +19,7 @@ from pdn.sim.se3 import Array, Pose, adjoint, exp, log_rotation
 class FilterPlanner:
     """``Planner`` with no memory; it records what it was told."""
 
-    def __init__(self, scenario: Scenario, advice: list[Advice] | None = None) -> None:
+    def __init__(self, scenario: Scenario, decision: list[Decision] | None = None) -> None:
         self._first = np.diag(scenario.noise.first_keyframe**2)
         allow = scenario.config["allowable"]
         sigmas = [allow["x_m"], allow["y_m"], allow["depth_m"]]
@@ -27,7 +27,7 @@ class FilterPlanner:
         self._log_allowance = 2.0 * float(np.sum(np.log(sigmas)))
         self._poses: list[Pose] = []
         self._covariance: Array = self._first
-        self._advice = list(advice or [])
+        self._decisions = list(decision or [])
         self.told: list[tuple[str, object]] = []
 
     def keyframe(self, number: int, pose: Pose | None, body_from_camera: Pose, image: Image) -> None:
@@ -70,8 +70,8 @@ class FilterPlanner:
     def estimates(self) -> list[Pose]:
         return list(self._poses)
 
-    def decide(self) -> Advice:
-        return self._advice.pop(0) if self._advice else Advice(None, (), 0.0, 0)
+    def decide(self) -> Decision:
+        return self._decisions.pop(0) if self._decisions else Decision(None, (), 0.0, 0)
 
     def refused(self) -> list[str]:
         return []

@@ -11,7 +11,7 @@ import pytest
 from filter_planner import FilterPlanner
 
 from pdn.sim import flight, record, scenario_file
-from pdn.sim.planner import Advice
+from pdn.sim.planner import Decision
 from pdn.sim.record import Run
 from pdn.sim.scenario import Scenario
 
@@ -20,7 +20,7 @@ SHORT = dataclasses.replace(FLOOR, survey=dataclasses.replace(FLOOR.survey, line
 
 
 def fly(seed: int, policy: str = "open-loop", scenario: Scenario = SHORT, **options: object) -> Run:
-    return flight.fly(scenario, policy, 1.0, seed, FilterPlanner(scenario, **options))  # type: ignore[arg-type]
+    return flight.fly(scenario, policy, 1.0, seed, FilterPlanner(scenario, **options))
 
 
 def comparable(run: Run) -> str:
@@ -54,7 +54,7 @@ def test_the_estimate_s_covariance_is_true() -> None:
 
 def test_the_true_track_drifts_while_the_believed_one_stays_on_the_plan() -> None:
     run = fly(3)
-    nominal = np.array([p.aim.position for p in flight.Survey(SHORT).points])
+    nominal = np.array([p.viewpoint.position for p in flight.Survey(SHORT).points])
     estimated, true = np.array(run.estimated)[:, :3], np.array(run.true)[:, :3]
     assert np.abs(estimated - nominal).max() < 0.06
     assert np.linalg.norm(true - nominal, axis=1)[-40:].max() > 2 * np.abs(estimated - nominal).max()
@@ -64,12 +64,12 @@ def test_a_revisit_follows_the_route_and_comes_back() -> None:
     class Once(FilterPlanner):
         asked = 0
 
-        def decide(self) -> Advice:
+        def decide(self) -> Decision:
             self.asked += 1
             if self.asked != 10:
-                return Advice(None, (), 0.0, 1)
+                return Decision(None, (), 0.0, 1)
             out = self._poses[20:-1][::-1]
-            return Advice(20, (*out, *out[::-1], self._poses[-1]), 1.2, 1)
+            return Decision(20, (*out, *out[::-1], self._poses[-1]), 1.2, 1)
 
     run = flight.fly(SHORT, "pdn", 1.0, 1, Once(SHORT))
     (detour,) = run.detours
@@ -89,7 +89,7 @@ def test_every_try_is_told_and_every_success_measured() -> None:
     run = flight.fly(SHORT, "open-loop", 1.0, 1, planner)
     told = [what for kind, what in planner.told if kind == "registration"]
     assert len(told) == sum(run.course.links_tried)
-    assert sum(measured is not None for *_, measured in told) == sum(run.course.links_registered)  # type: ignore[misc]
+    assert sum(measured is not None for *_, measured in told) == sum(run.course.links_registered)
     assert sum(run.course.links_registered) > 10
     assert all(older < newer for older, newer, _ in told)  # type: ignore[misc]
 

@@ -39,7 +39,7 @@ def test_hull40_is_the_paper_s() -> None:
     assert len(survey.lines_v_m) == 25
     on_lines = sum(point.ends_line for point in survey.points)
     assert on_lines == 25
-    places = np.array([point.aim.position for point in survey.points])
+    places = np.array([point.viewpoint.position for point in survey.points])
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     # 25 lines of 40 m, 23 turns of 1.2 m on a plane, one round the bilge: 1.0 m down, a quarter circle of
     # 1.5 m as three chords, 0.2 m on.
@@ -64,12 +64,12 @@ def test_exhaustive_goes_to_the_first_line_at_every_other_end() -> None:
     survey = Survey(scenario_file.load("hull40"))
     detours = [survey.to_first_line(line) for line in range(1, 25, 2)]
     assert len(detours) == 12
-    for line, aims in zip(range(1, 25, 2), detours, strict=True):
-        end = next(p.aim for p in survey.points if p.line == line and p.ends_line)
-        np.testing.assert_allclose(aims[-1].position, end.position, atol=1e-9)
-        reached = min(aims, key=lambda aim: aim.position[2])
+    for line, viewpoints in zip(range(1, 25, 2), detours, strict=True):
+        end = next(p.viewpoint for p in survey.points if p.line == line and p.ends_line)
+        np.testing.assert_allclose(viewpoints[-1].position, end.position, atol=1e-9)
+        reached = min(viewpoints, key=lambda viewpoint: viewpoint.position[2])
         np.testing.assert_allclose(reached.position, [0.0, -1.5, 0.6], atol=1e-9)
-        steps = np.linalg.norm(np.diff([end.position, *(a.position for a in aims)], axis=0), axis=1)
+        steps = np.linalg.norm(np.diff([end.position, *(a.position for a in viewpoints)], axis=0), axis=1)
         assert steps.max() <= 0.5 + 1e-9
 
 
@@ -79,13 +79,13 @@ def test_the_camera_faces_the_surface_all_the_way(name: str) -> None:
     standoff = scenario.survey.standoff_m
     misses = []
     for point in Survey(scenario).points[::3]:
-        mount = body_from_camera(scenario, point.aim)
+        mount = body_from_camera(scenario, point.viewpoint)
         np.testing.assert_allclose(mount.rotation.T @ mount.rotation, np.eye(3), atol=1e-12)
         assert math.isclose(np.linalg.det(mount.rotation), 1.0, abs_tol=1e-12)
-        camera = Pose(level(point.aim.heading_rad), point.aim.position) @ mount
-        view = scenario.surface.look(camera.translation, camera.rotation[:, 2][None])
+        camera = Pose(level(point.viewpoint.heading_rad), point.viewpoint.position) @ mount
+        view = scenario.surface.cast(camera.translation, camera.rotation[:, 2][None])
         misses.append(float(view.miss_m[0]))
-        assert scenario.surface.nearest(point.aim.position[None]).distance_m[0] > 0.3 * standoff
+        assert scenario.surface.nearest(point.viewpoint.position[None]).distance_m[0] > 0.3 * standoff
     # The tilt has one axis: on the real hull, whose patches do not meet exactly, the middle of an image may
     # pass between two of them.
     assert np.mean(np.array(misses) > 1e-6) <= (0.15 if name == "gunnerus" else 0.0)
@@ -95,8 +95,8 @@ def test_the_wider_field_of_view_lies_across_the_tracklines() -> None:
     for name in NAMES:
         scenario = scenario_file.load(name)
         points = Survey(scenario).points
-        middle = points[10].aim
-        way = points[11].aim.position - points[10].aim.position
+        middle = points[10].viewpoint
+        way = points[11].viewpoint.position - points[10].viewpoint.position
         camera = level(middle.heading_rad) @ body_from_camera(scenario, middle).rotation
         assert abs(camera[:, 0] @ way) < 0.15 * np.linalg.norm(way)
 

@@ -83,7 +83,7 @@ def test_registration(baseline: list[float]) -> None:
 def test_the_told_start() -> None:
     rng = np.random.default_rng(5)
     true = exp(np.array([1.0, 2.0, 3.0, 0.0, 0.0, 1.0]))
-    told = [sensors.told_pose(true, NOISE, rng) for _ in range(DRAWS)]
+    told = [sensors.measure_start(true, NOISE, rng) for _ in range(DRAWS)]
     covariance = np.diag(np.array([0.02] * 3 + [math.radians(0.1)] * 3) ** 2)
     assert_drawn_from(np.array([log(pose.inverse() @ true) for pose in told]), covariance)
 

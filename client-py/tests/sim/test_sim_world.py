@@ -10,10 +10,10 @@ import numpy as np
 
 import pdn.sim
 from pdn.sim import scenario_file
-from pdn.sim.plant import Reading
+from pdn.sim.hardware import Reading
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import log
-from pdn.sim.survey import Aim
+from pdn.sim.survey import Viewpoint
 from pdn.sim.vehicle import body_from_camera
 from pdn.sim.world import World, start_pose
 
@@ -26,8 +26,8 @@ def world_at(u: float, v: float, seed: int, scenario: Scenario = HULL) -> World:
     return World(scenario, start_pose(np.array([u, -1.5, v]), HEADING), seed)
 
 
-def facing_the_side(u: float, v: float) -> Aim:
-    return Aim(np.array([u, -1.5, v]), HEADING, 0.5)
+def facing_the_side(u: float, v: float) -> Viewpoint:
+    return Viewpoint(np.array([u, -1.5, v]), HEADING, 0.5)
 
 
 def strafe(world: World, distance: float) -> Reading:
@@ -79,7 +79,7 @@ def test_noise_of_a_keyframe_does_not_depend_on_what_was_registered() -> None:
 
 def test_the_vehicle_s_side_does_not_import_the_world() -> None:
     folder = Path(pdn.sim.__file__).parent
-    for name in ("vehicle", "planner", "plant", "policies", "remote", "survey"):
+    for name in ("vehicle", "planner", "hardware", "policies", "remote", "survey"):
         tree = ast.parse((folder / f"{name}.py").read_text())
         imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
         assert "pdn.sim.world" not in imported

@@ -11,7 +11,8 @@ const BYTES: &str = "application/octet-stream";
 const BINCODE: &str = "+bincode";
 
 /// The encoding of a message: `application/json`, or
-/// `application/octet-stream;pdn.v1.Keyframe+bincode#0123456789abcdef`, as Zenoh writes an encoding with a schema.
+/// `application/octet-stream;pdn.v1.Keyframe+bincode#0123456789abcdef`, as Zenoh writes an encoding with a
+/// schema.
 pub fn encoding<T: Message>(format: Format) -> String {
     match format {
         Format::Json => JSON.to_owned(),
@@ -37,7 +38,8 @@ pub fn decode_encoded<T: Message>(bytes: &[u8], encoding: &str) -> Result<T, Cod
     }
 }
 
-/// The format in which a payload of this encoding carries a `T` of the present layout. The hash may be missing.
+/// The format in which a payload of this encoding carries a `T` of the present layout. The hash may be
+/// missing.
 ///
 /// # Errors
 /// `schema_mismatch` if the encoding is none of the contract's, or names another message, version or layout.

@@ -17,8 +17,8 @@ pub enum CodecError {
     },
     /// bincode that ends before the message does.
     #[error(
-        "the {message} ends after {bytes} bytes, at least {missing} too early: send the whole payload, of the \
-         same version of the contract"
+        "the {message} ends after {bytes} bytes, at least {missing} too early: send the whole payload, of \
+         the same version of the contract"
     )]
     Truncated {
         /// Name of the message.
@@ -30,8 +30,8 @@ pub enum CodecError {
     },
     /// bincode that goes on after the message.
     #[error(
-        "the {message} ends after {read} bytes but the payload has {bytes}: send one message, of the same version \
-         of the contract"
+        "the {message} ends after {read} bytes but the payload has {bytes}: send one message, of the same \
+         version of the contract"
     )]
     Trailing {
         /// Name of the message.
@@ -43,7 +43,8 @@ pub enum CodecError {
     },
     /// bincode that claims a length which no payload can have.
     #[error(
-        "the {message} of {bytes} bytes claims a length beyond {limit} bytes: it is damaged, or of another layout"
+        "the {message} of {bytes} bytes claims a length beyond {limit} bytes: it is damaged, or of another \
+         layout"
     )]
     LyingLength {
         /// Name of the message.
@@ -110,8 +111,8 @@ pub enum CodecError {
     },
     /// An encoding with the hash of another layout.
     #[error(
-        "the payload's {message} has layout {found:?}, this service reads {expected}: install client and service of \
-         the same version"
+        "the payload's {message} has layout {found:?}, this service reads {expected}: install client and \
+         service of the same version"
     )]
     OtherLayout {
         /// Name of the message.

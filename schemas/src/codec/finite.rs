@@ -1,5 +1,5 @@
-//! Finds the number that JSON cannot carry. `serde_json` writes an infinity or NaN as `null`, which a reader would
-//! take for an absent optional.
+//! Finds the number that JSON cannot carry. `serde_json` writes an infinity or NaN as `null`, which a reader
+//! would take for an absent optional.
 
 use serde::ser::{
     Error, Impossible, Serialize, SerializeMap, SerializeSeq, SerializeStruct, SerializeStructVariant,

@@ -97,7 +97,8 @@ mod tests {
             let expected = (end >= 8 + 3 + 8).then_some(&head);
             assert_eq!(decode_head(&bincode[..end], Format::Bincode).as_ref(), expected, "{end} bytes");
         }
-        let json = r#"{"extra": [{"x": 1}], "mission": "m-1", "from": null, "seq": 18446744073709551615, "to": nonsense"#;
+        let json = r#"{"extra": [{"x": 1}], "mission": "m-1", "from": null, "seq": 18446744073709551615,
+            "to": nonsense"#;
         assert_eq!(decode_head(json.as_bytes(), Format::Json), Some(head));
     }
 

@@ -45,7 +45,8 @@ impl Layout {
         if rest.0.is_empty() { Ok(layout) } else { Err(rest.unexpected("the end")) }
     }
 
-    /// Whether every value of the other has its place in this one: a struct has the other's fields, an enum its variants.
+    /// Whether every value of the other has its place in this one: a struct has the other's fields, an enum
+    /// its variants.
     #[cfg(test)]
     pub(super) fn includes(&self, other: &Layout) -> bool {
         match (self, other) {

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 /// The value of a payload as JSON has it; every byte must belong to it.
 ///
 /// # Errors
-/// [`CodecError::Truncated`], [`CodecError::Trailing`], [`CodecError::Bincode`]. Takes no more memory than a multiple of
-/// the payload, whatever lengths it claims.
+/// [`CodecError::Truncated`], [`CodecError::Trailing`], [`CodecError::Bincode`]. Takes no more memory than a
+/// multiple of the payload, whatever lengths it claims.
 pub(super) fn read(
     layouts: &BTreeMap<String, Layout>,
     message: &'static str,

@@ -1,8 +1,8 @@
-//! `pdnd journal`, `recover` and `replay`: what a journal says, saving what is left of a damaged one, and its decisions
-//! once more.
+//! `pdnd journal`, `recover` and `replay`: what a journal says, saving what is left of a damaged one, and its
+//! decisions once more.
 
 use super::{Failure, print};
-use crate::keeper::identity;
+use crate::journal_writer::identity;
 use clap::{Args, ValueEnum};
 use pdn_schemas::codec::{Format, encode};
 use pdn_state::journal::{Journal, JournalError, files};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// What `pdnd journal` takes.
 #[derive(Debug, Args)]
-pub struct Show {
+pub struct ShowArgs {
     /// The journal, <state-dir>/<vehicle>/<number>-<mission>.redb
     file: PathBuf,
     /// Every record as one line of JSON: {"record": number, "kind": name, "content": message}
@@ -42,7 +42,7 @@ enum Question {
 
 /// What `pdnd recover` takes.
 #[derive(Debug, Args)]
-pub struct Save {
+pub struct RecoverArgs {
     /// The damaged journal; it is kept
     file: PathBuf,
     /// Where the records up to the damage go; <FILE>.recovered unless given
@@ -55,11 +55,11 @@ pub struct Save {
 
 /// What `pdnd replay` takes.
 #[derive(Debug, Args)]
-pub struct Again {
+pub struct ReplayArgs {
     /// The journal, <state-dir>/<vehicle>/<number>-<mission>.redb
     file: PathBuf,
-    /// What to assume instead of the mission's settings, such as alpha=0.5,sigma_xy_m=0.4; of alpha, sigma_xy_m,
-    /// sigma_depth_m, sigma_tilt_deg, sigma_heading_deg
+    /// What to assume instead of the mission's settings, such as alpha=0.5,sigma_xy_m=0.4; of alpha,
+    /// sigma_xy_m, sigma_depth_m, sigma_tilt_deg, sigma_heading_deg
     #[arg(long, value_name = "NAME=VALUE,...")]
     with: Option<String>,
     /// Threads that evaluate; the outcome is the same with any number
@@ -68,7 +68,7 @@ pub struct Again {
 }
 
 /// Tells what a journal says.
-pub fn show(arguments: &Show) -> Result<(), Failure> {
+pub fn show(arguments: &ShowArgs) -> Result<(), Failure> {
     let journal = view(&arguments.file)?;
     match arguments.answer {
         Some(question) => answer(question, &arguments.file, &journal),
@@ -78,7 +78,7 @@ pub fn show(arguments: &Show) -> Result<(), Failure> {
 }
 
 /// Saves what is left of a damaged journal.
-pub fn save(arguments: &Save) -> Result<(), Failure> {
+pub fn recover(arguments: &RecoverArgs) -> Result<(), Failure> {
     let file = &arguments.file;
     let beside = |ending: &str| {
         let mut name = file.as_os_str().to_owned();
@@ -86,9 +86,10 @@ pub fn save(arguments: &Save) -> Result<(), Failure> {
         PathBuf::from(name)
     };
     let out = arguments.out.clone().unwrap_or_else(|| beside(".recovered"));
-    let salvage = files::recover(file, &out, identity()).map_err(|error| told(file, &error))?;
+    let salvage = files::recover(file, &out, identity()).map_err(|error| failure(file, &error))?;
     let mut text = format!(
-        "{}: {} records of mission \"{}\" of vehicle \"{}\" are whole; {} whole ones lie beyond the damage and are lost\n",
+        "{}: {} records of mission \"{}\" of vehicle \"{}\" are whole; {} whole ones lie beyond the damage \
+         and are lost\n",
         file.display(),
         salvage.records,
         salvage.mission,
@@ -106,8 +107,8 @@ pub fn save(arguments: &Save) -> Result<(), Failure> {
     } else {
         let _ = writeln!(
             text,
-            "written to {}; the damaged one is left as it is. For pdnd to take the mission up, put the new file in \
-             its place (--replace does)",
+            "written to {}; the damaged one is left as it is. For pdnd to take the mission up, put the new \
+             file in its place (--replace does)",
             out.display()
         );
     }
@@ -115,7 +116,7 @@ pub fn save(arguments: &Save) -> Result<(), Failure> {
 }
 
 /// Decides again wherever a decision was recorded.
-pub fn again(arguments: &Again) -> Result<(), Failure> {
+pub fn replay(arguments: &ReplayArgs) -> Result<(), Failure> {
     let assumptions = assumptions(arguments.with.as_deref())?;
     let journal = view(&arguments.file)?;
     let pool = rayon::ThreadPoolBuilder::new()
@@ -129,7 +130,7 @@ pub fn again(arguments: &Again) -> Result<(), Failure> {
         }
     };
     let report = replay::replay(&journal, Limits::default(), &pool, assumptions, &mut progress);
-    let report = report.map_err(|error| told(&arguments.file, &error))?;
+    let report = report.map_err(|error| failure(&arguments.file, &error))?;
     print(&verdicts(&report, arguments.with.as_deref()))?;
     let differing = report.differing().count();
     if differing > 0 || report.refusal_differs.is_some() {
@@ -143,10 +144,10 @@ pub fn again(arguments: &Again) -> Result<(), Failure> {
 }
 
 fn view(file: &Path) -> Result<Journal, Failure> {
-    files::view(file).map_err(|error| told(file, &error))
+    files::view(file).map_err(|error| failure(file, &error))
 }
 
-fn told(file: &Path, error: &JournalError) -> Failure {
+fn failure(file: &Path, error: &JournalError) -> Failure {
     let message = format!("{}: {error}", file.display());
     match error {
         JournalError::Damaged { .. } => {
@@ -164,7 +165,7 @@ fn records(file: &Path, journal: &Journal) -> Result<(), Failure> {
         }
         done => Ok(done.is_ok()),
     };
-    for read in journal.records().map_err(|error| told(file, &error))? {
+    for read in journal.records().map_err(|error| failure(file, &error))? {
         let line = read.and_then(|(number, record)| {
             let damaged = |what: String| JournalError::Damaged { record: Some(number), what };
             let entry = Entry::read(&record).map_err(|error| damaged(error.to_string()))?;
@@ -180,7 +181,7 @@ fn records(file: &Path, journal: &Journal) -> Result<(), Failure> {
             Ok(_) => return Ok(()),
             Err(error) => {
                 written(out.flush())?;
-                return Err(told(file, &error));
+                return Err(failure(file, &error));
             }
         }
     }
@@ -207,21 +208,22 @@ fn answer(question: Question, file: &Path, journal: &Journal) -> Result<(), Fail
 /// The mission as the journal leaves it.
 fn recovered(file: &Path, journal: &Journal) -> Result<Mission, Failure> {
     let recovered = recover_from(journal, files::checkpoint(file).as_deref(), Limits::default());
-    Ok(recovered.map_err(|error| told(file, &error))?.mission)
+    Ok(recovered.map_err(|error| failure(file, &error))?.mission)
 }
 
 fn summary(file: &Path, journal: &Journal) -> Result<(), Failure> {
     let header = journal.header();
     let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();
-    for read in journal.records().map_err(|error| told(file, &error))? {
-        let (_, record) = read.map_err(|error| told(file, &error))?;
+    for read in journal.records().map_err(|error| failure(file, &error))? {
+        let (_, record) = read.map_err(|error| failure(file, &error))?;
         *kinds.entry(record.kind.name()).or_default() += 1;
     }
     let state = recovered(file, journal)?.state();
     let counts: Vec<String> = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
     print(&format!(
         "vehicle     {}\nmission     {}\nwritten by  {}, journal {:016x}\nrecords     {}, all whole: {}\n\
-         events      {} applied or refused, the next is {}\nphase       {:?}: {}\ngraph       {} keyframes, {} factors\n\
+         events      {} applied or refused, the next is {}\nphase       {:?}: {}\n\
+         graph       {} keyframes, {} factors\n\
          decisions   {}, {} of them revisits\n",
         header.vehicle,
         header.mission,
@@ -274,13 +276,13 @@ fn verdicts(report: &Report, with: Option<&str>) -> String {
         }
     );
     if let Some(with) = with {
-        turned(report, with, &mut text);
+        changed_decisions(report, with, &mut text);
     }
     text
 }
 
 /// Which decisions would have been others, and why.
-fn turned(report: &Report, with: &str, text: &mut String) {
+fn changed_decisions(report: &Report, with: &str, text: &mut String) {
     let mut count = 0;
     for (replayed, assumed) in report.turned() {
         count += 1;

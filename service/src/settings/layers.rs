@@ -18,7 +18,10 @@ pub struct Layers {
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SettingsError {
-    #[error("cannot read the settings file {path}: {cause}. Name an existing file with --config or PDN_CONFIG.", path = .path.display())]
+    #[error(
+        "cannot read the settings file {path}: {cause}. Name an existing file with --config or PDN_CONFIG.",
+        path = .path.display()
+    )]
     Unreadable { path: PathBuf, cause: std::io::Error },
     #[error("{path} is not TOML: {cause}", path = .path.display())]
     NotToml { path: PathBuf, cause: toml::de::Error },
@@ -85,7 +88,7 @@ impl Layers {
     }
 
     /// Lays the layers over each other and checks names, types and ranges.
-    pub fn settle(&self) -> Result<Settings, SettingsError> {
+    pub fn resolve(&self) -> Result<Settings, SettingsError> {
         let mut all = defaults();
         let file = self.file.iter().map(|(path, table)| (path.display().to_string(), table));
         let layers = file.chain([
@@ -189,7 +192,7 @@ mod tests {
             .unwrap()
             .with_flag("drain_ms", Some(Value::Integer(400)))
             .with_flag("incoming_messages", None);
-        let settings = layers.settle().unwrap();
+        let settings = layers.resolve().unwrap();
         assert_eq!((settings.max_vehicles, settings.wait_ms, settings.drain_ms), (2, 30, 400));
         assert_eq!(settings.incoming_messages, Settings::default().incoming_messages);
     }
@@ -198,7 +201,7 @@ mod tests {
     fn a_list_in_the_environment_is_separated_by_commas() {
         let layers = Layers::default();
         let layers = layers.with_environment(variables(&[("PDN_LISTEN", "tcp/a:1, tcp/b:2")])).unwrap();
-        assert_eq!(layers.settle().unwrap().listen, ["tcp/a:1", "tcp/b:2"]);
+        assert_eq!(layers.resolve().unwrap().listen, ["tcp/a:1", "tcp/b:2"]);
     }
 
     #[test]
@@ -213,7 +216,7 @@ mod tests {
             ("log_level = \"a=b=c\"", vec!["`log_level` must be a level"]),
             ("log_format = 3", vec!["`log_format` must be a string"]),
         ] {
-            let message = file(text).settle().unwrap_err().to_string();
+            let message = file(text).resolve().unwrap_err().to_string();
             assert!(words.iter().all(|word| message.contains(word)), "{text}: {message}");
         }
         let error =

@@ -17,17 +17,20 @@ pub struct Setting {
 pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "listen",
-        meaning: "Zenoh endpoints to serve on; empty: those of the Zenoh configuration, tcp/127.0.0.1:7447 unless changed there.",
+        meaning: "Zenoh endpoints to serve on; empty: those of the Zenoh configuration, tcp/127.0.0.1:7447 \
+                  unless changed there.",
         range: None,
     },
     Setting {
         name: "connect",
-        meaning: "Zenoh endpoints of other routers to connect to; tried again for ever; empty: those of the Zenoh configuration, none unless changed there.",
+        meaning: "Zenoh endpoints of other routers to connect to; tried again for ever; empty: those of the \
+                  Zenoh configuration, none unless changed there.",
         range: None,
     },
     Setting {
         name: "zenoh_config",
-        meaning: "Zenoh configuration file (JSON5) laid over the built-in one, which is deploy/zenoh.json5; empty: none.",
+        meaning: "Zenoh configuration file (JSON5) laid over the built-in one, which is deploy/zenoh.json5; \
+                  empty: none.",
         range: None,
     },
     Setting {
@@ -37,7 +40,8 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "max_vehicles",
-        meaning: "Vehicles that may have configured a mission since the start; each has two threads of its own.",
+        meaning: "Vehicles that may have configured a mission since the start; each has two threads of its \
+                  own.",
         range: Some((1, 256)),
     },
     Setting {
@@ -52,17 +56,20 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "ahead_bytes",
-        meaning: "Bytes of a vehicle's events that wait for a missing one; beyond it they are refused as `overloaded` and sent again.",
+        meaning: "Bytes of a vehicle's events that wait for a missing one; beyond it they are refused as \
+                  `overloaded` and sent again.",
         range: Some((4 * 1024 * 1024, 1024 * 1024 * 1024)),
     },
     Setting {
         name: "outgoing_messages",
-        meaning: "Publications of a vehicle that wait for a client that does not read; beyond it they are left out, and counted in the log.",
+        meaning: "Publications of a vehicle that wait for a client that does not read; beyond it they are \
+                  left out, and counted in the log.",
         range: Some((64, 65_536)),
     },
     Setting {
         name: "max_questions_in_flight",
-        meaning: "Questions of a vehicle, but for `rpc/mission` and `rpc/ingest`, that wait, are being computed or whose answer is being sent; beyond it they are answered `overloaded` at once.",
+        meaning: "Questions of a vehicle, but for `rpc/mission` and `rpc/ingest`, that wait, are being \
+                  computed or whose answer is being sent; beyond it they are answered `overloaded` at once.",
         range: Some((1, 1024)),
     },
     Setting {
@@ -83,7 +90,8 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "max_missions",
-        meaning: "Missions that a vehicle keeps, the current one included; beyond it the one that ended first is forgotten.",
+        meaning: "Missions that a vehicle keeps, the current one included; beyond it the one that ended \
+                  first is forgotten.",
         range: Some((1, 1024)),
     },
     Setting {
@@ -113,17 +121,21 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "drain_ms",
-        meaning: "Time that a shutdown takes at most; three quarters of it are for finishing what has been accepted, ms.",
+        meaning: "Time that a shutdown takes at most; three quarters of it are for finishing what has been \
+                  accepted, ms.",
         range: Some((100, 60_000)),
     },
     Setting {
         name: "state_dir",
-        meaning: "Directory of the journals, one file a mission, from which missions come back after any end of pdnd; made if need be, and locked against a second daemon. Empty: nothing is kept, and an acknowledged event is one that was applied.",
+        meaning: "Directory of the journals, one file a mission, from which missions come back after any end \
+                  of pdnd; made if need be, and locked against a second daemon. Empty: nothing is kept, and \
+                  an acknowledged event is one that was applied.",
         range: None,
     },
     Setting {
         name: "sync_events",
-        meaning: "Events of a vehicle after which the journal is synced; commands and decisions are synced at once.",
+        meaning: "Events of a vehicle after which the journal is synced; commands and decisions are synced \
+                  at once.",
         range: Some((1, 8192)),
     },
     Setting {
@@ -138,7 +150,8 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "log_level",
-        meaning: "Least level that is logged: \"error\", \"warn\", \"info\", \"debug\", \"trace\", or a filter such as \"info,pdnd=debug\".",
+        meaning: "Least level that is logged: \"error\", \"warn\", \"info\", \"debug\", \"trace\", or a \
+                  filter such as \"info,pdnd=debug\".",
         range: None,
     },
 ];
@@ -147,8 +160,8 @@ pub const SETTINGS: &[Setting] = &[
 pub fn document() -> String {
     let defaults = toml::Table::try_from(Settings::default()).expect("the defaults are plain values");
     let mut text = String::from(
-        "# Every setting of pdnd with its default. The later wins: default, this file (pdnd --config FILE), the\n\
-         # environment (PDN_ and the name in capitals, such as PDN_MAX_VEHICLES=4), flags.\n\
+        "# Every setting of pdnd with its default. The later wins: default, this file (pdnd --config FILE), \
+         the\n# environment (PDN_ and the name in capitals, such as PDN_MAX_VEHICLES=4), flags.\n\
          # Check an edited file with: pdnd check-config FILE\n",
     );
     for setting in SETTINGS {

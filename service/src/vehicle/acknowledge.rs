@@ -7,60 +7,61 @@ use std::time::{Duration, Instant};
 /// Half of what the contract allows: the rest is for a thread that is busy when the time comes.
 const SOON: Duration = Duration::from_millis(ACK_EVERY_MS / 2);
 
-/// Missions with events that no acknowledgement has told of.
+/// The missions with events that no acknowledgement has told of yet.
 #[derive(Debug, Default)]
 pub struct Acknowledgements {
-    open: BTreeMap<String, Open>,
+    pending: BTreeMap<String, Pending>,
 }
 
 #[derive(Debug)]
-struct Open {
+struct Pending {
     events: u64,
     due: Instant,
 }
 
 impl Acknowledgements {
-    /// Notes an event of a mission, new or repeated: a repeat means that the sender missed an acknowledgement.
+    /// Notes an event of a mission, new or repeated: a repeat means that the sender missed an
+    /// acknowledgement.
     pub fn note(&mut self, mission: &str, now: Instant) {
-        if let Some(open) = self.open.get_mut(mission) {
-            open.events += 1;
-            if open.events >= ACK_EVERY_EVENTS {
-                open.due = now;
+        if let Some(pending) = self.pending.get_mut(mission) {
+            pending.events += 1;
+            if pending.events >= ACK_EVERY_EVENTS {
+                pending.due = now;
             }
         } else {
-            self.open.insert(mission.to_owned(), Open { events: 1, due: now + SOON });
+            self.pending.insert(mission.to_owned(), Pending { events: 1, due: now + SOON });
         }
     }
 
-    /// There is more to tell of a mission: at once.
-    pub fn hasten(&mut self, mission: &str, now: Instant) {
-        let open = self.open.entry(mission.to_owned()).or_insert(Open { events: 0, due: now });
-        open.due = now;
+    /// There is more to tell of a mission: its acknowledgement is due at once.
+    pub fn make_due(&mut self, mission: &str, now: Instant) {
+        let pending = self.pending.entry(mission.to_owned()).or_insert(Pending { events: 0, due: now });
+        pending.due = now;
     }
 
-    /// The missions whose acknowledgement is due; they are taken as told.
+    /// Removes and returns the missions whose acknowledgement is due.
     pub fn due(&mut self, now: Instant) -> Vec<String> {
-        if self.open.values().all(|open| open.due > now) {
+        if self.pending.values().all(|pending| pending.due > now) {
             return Vec::new();
         }
         let due: Vec<_> = self
-            .open
+            .pending
             .iter()
-            .filter(|(_, open)| open.due <= now)
+            .filter(|(_, pending)| pending.due <= now)
             .map(|(mission, _)| mission.clone())
             .collect();
-        self.open.retain(|_, open| open.due > now);
+        self.pending.retain(|_, pending| pending.due > now);
         due
     }
 
     /// The missions with any event that no acknowledgement has told of.
     pub fn all(&self) -> Vec<String> {
-        self.open.keys().cloned().collect()
+        self.pending.keys().cloned().collect()
     }
 
     /// When the next one is due.
     pub fn next_due(&self) -> Option<Instant> {
-        self.open.values().map(|open| open.due).min()
+        self.pending.values().map(|pending| pending.due).min()
     }
 }
 

@@ -1,59 +1,61 @@
 //! Commands: `op/*`. Each is applied at once and answered with the mission as it then stands.
 
-use super::{Owner, now_ns};
-use crate::keeper::Keeper;
+use super::Owner;
+use crate::clock;
+use crate::journal_writer::JournalWriter;
 use pdn_schemas::problem::{Code, Problem};
+use pdn_schemas::reply::MissionState;
 use pdn_schemas::topics::Topic;
 use pdn_schemas::{Command, MissionConfig};
 use pdn_state::{Operation, Vehicle};
 use pdn_transport::answer::Answer;
 use pdn_transport::message::Question;
-use std::collections::BTreeSet;
 
 /// Applies `op/configure`; nothing has changed if it is refused, unless it could not be written any more.
-pub fn configure(vehicle: &mut Vehicle, keeper: &mut Keeper, question: &Question) -> Result<(), Problem> {
-    let named = question.parameters.named(question.topic)?;
+pub fn configure(
+    vehicle: &mut Vehicle,
+    journal_writer: &mut JournalWriter,
+    question: &Question,
+) -> Result<(), Problem> {
+    let parameters = question.parameters.parse(question.topic)?;
     let config: MissionConfig = question.payload.decode().map_err(|error| error.problem(None))?;
-    if named.text("mission").is_some_and(|mission| mission != config.mission) {
+    if parameters.text("mission").is_some_and(|mission| mission != config.mission) {
         let message = format!("the parameter names another mission than the payload, \"{}\"", config.mission);
         return Err(Problem::new(Code::Invalid, message, None));
     }
-    let (mission, now_ns) = (config.mission.clone(), now_ns());
+    let (mission, now_ns) = (config.mission.clone(), clock::now_ns());
     let mut prepared = vehicle.prepare(config, now_ns).map_err(|error| error.problem(None))?;
-    keeper.begin(&mut prepared)?;
+    journal_writer.create(&mut prepared)?;
     vehicle.adopt(prepared, now_ns).map_err(|error| error.problem(None))?;
-    keeper.sync(vehicle);
-    keeper.check(&mission, "it was configured anew")
+    journal_writer.sync(vehicle);
+    journal_writer.check(&mission, "it was configured anew")
 }
 
 impl Owner {
-    pub(super) fn command(&mut self, question: Question) {
+    pub(super) fn take_command(&mut self, question: Question) {
         let done = match question.topic {
-            Topic::OpConfigure => configure(&mut self.vehicle, &mut self.keeper, &question).map(|()| {
-                let kept: BTreeSet<_> = self.vehicle.mission_ids().collect();
-                self.ahead.keep(|mission| kept.contains(mission));
-                None
-            }),
+            Topic::OpConfigure => {
+                configure(&mut self.vehicle, &mut self.journal_writer, &question).map(|()| None)
+            }
             _ => self.operate(&question),
         };
         match done {
             Ok(mission) => self.answer_with_state(question.answer, mission.as_deref()),
             Err(problem) => {
-                let command = question.topic.suffix();
-                tracing::warn!(vehicle = %self.id, command, code = problem.code, "command refused: {}", problem.message);
+                let (command, Problem { code, message, .. }) = (question.topic.suffix(), &problem);
+                tracing::warn!(vehicle = %self.id, command, code, "command refused: {message}");
                 self.outgoing.refuse(question.answer, problem);
             }
         }
     }
 
-    /// Answers a command that has been applied to a mission, the current one if none is named, and tells everyone.
+    /// Answers a command that has been applied to a mission, the current one if none is named, and tells
+    /// everyone.
     pub(super) fn answer_with_state(&mut self, answer: Answer, mission: Option<&str>) {
-        let state =
-            self.vehicle.mission(mission).map(|mission| mission.state()).map_err(|error| error.problem(None));
-        if let Ok(state) = &state {
-            tracing::info!(
-                vehicle = %self.id, mission = state.mission, phase = ?state.phase, reason = state.reason, "phase"
-            );
+        let state = self.vehicle.mission(mission).map(|mission| mission.state());
+        let state = state.map_err(|error| error.problem(None));
+        if let Ok(MissionState { mission, phase, reason, .. }) = &state {
+            tracing::info!(vehicle = %self.id, mission, ?phase, reason, "phase");
         }
         self.state_changed = true;
         self.outgoing.answer(answer, state);
@@ -66,22 +68,22 @@ impl Owner {
             let message = format!("op/{name} is not a command of this version");
             return Err(Problem::new(Code::Unsupported, message, None));
         };
-        let named = question.parameters.named(question.topic)?;
+        let parameters = question.parameters.parse(question.topic)?;
         // A command without a payload has no reason to tell.
         let reason = if question.payload.is_empty() {
             String::new()
         } else {
             question.payload.decode::<Command>().map_err(|error| error.problem(None))?.reason
         };
-        let mission = named.text("mission");
+        let mission = parameters.text("mission");
         if !operation.is_careful() {
-            self.keeper.demand_writable(&mut self.vehicle, mission)?;
+            self.journal_writer.ensure_writable(&mut self.vehicle, mission)?;
         }
-        let commanded = self.vehicle.command(mission, operation, &reason, now_ns());
+        let commanded = self.vehicle.command(mission, operation, &reason, clock::now_ns());
         let id = commanded.map_err(|error| error.problem(None))?.id().to_owned();
         self.state_changed = true;
         self.sync();
-        self.keeper.check(&id, &format!("op/{name} was done all the same"))?;
+        self.journal_writer.check(&id, &format!("op/{name} was done all the same"))?;
         Ok(mission.map(str::to_owned))
     }
 }

@@ -1,8 +1,8 @@
-//! From what was computed to the reply: decisions are recorded, announced and told, in the order in which they
-//! were computed.
+//! From the outcome of a job to the reply: decisions are recorded, announced and told, in the order in which
+//! they were computed.
 
 use super::Owner;
-use super::questions::Asked;
+use super::questions::PendingReply;
 use crate::planner::{Computed, Outcome};
 use pdn_schemas::reply::{Action, Decision, Timing};
 use pdn_schemas::topics::Topic;
@@ -10,40 +10,40 @@ use pdn_state::DecisionOutcome;
 use std::time::{Duration, Instant};
 
 impl Owner {
-    pub(super) fn conclude(&mut self, asked: Asked, computed: Computed) {
-        self.running -= 1;
-        let timing = timing(&asked, &computed);
+    pub(super) fn conclude(&mut self, pending: PendingReply, computed: Computed) {
+        let timing = timing(&pending, &computed);
         match computed.outcome {
-            Ok(Outcome::Decision(outcome)) => self.conclude_decision(asked, *outcome, timing),
+            Ok(Outcome::Decision(outcome)) => self.conclude_decision(pending, *outcome, timing),
             Ok(Outcome::Evaluate(mut reply)) => {
                 reply.timing = timing;
-                self.outgoing.answer(asked.answer, Ok(*reply));
+                self.outgoing.answer(pending.answer, Ok(*reply));
             }
-            Ok(Outcome::Graph(reply)) => self.outgoing.answer(asked.answer, Ok(reply)),
-            Ok(Outcome::Waypoints(reply)) => self.outgoing.answer(asked.answer, Ok(reply)),
-            Err(problem) => self.refuse(asked.topic, asked.answer, problem),
+            Ok(Outcome::Graph(reply)) => self.outgoing.answer(pending.answer, Ok(reply)),
+            Ok(Outcome::Waypoints(reply)) => self.outgoing.answer(pending.answer, Ok(reply)),
+            Err(problem) => self.refuse(pending.topic, pending.answer, problem),
         }
     }
 
-    fn conclude_decision(&mut self, asked: Asked, outcome: DecisionOutcome, timing: Timing) {
+    fn conclude_decision(&mut self, pending: PendingReply, outcome: DecisionOutcome, timing: Timing) {
         // What cannot be recorded is not counted either.
-        if asked.recorded
-            && let Err(problem) = self.keeper.demand_writable(&mut self.vehicle, Some(&asked.mission))
-        {
-            return self.refuse(asked.topic, asked.answer, problem);
+        if pending.recorded {
+            let mission = Some(pending.mission.as_str());
+            if let Err(problem) = self.journal_writer.ensure_writable(&mut self.vehicle, mission) {
+                return self.refuse(pending.topic, pending.answer, problem);
+            }
         }
-        let mission = match self.vehicle.mission(Some(&asked.mission)) {
+        let mission = match self.vehicle.mission(Some(&pending.mission)) {
             Ok(mission) => mission,
-            Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
+            Err(error) => return self.refuse(pending.topic, pending.answer, error.problem(None)),
         };
         let decision = match mission.record(outcome, timing) {
             Ok(decision) => decision,
-            Err(error) => return self.refuse(asked.topic, asked.answer, error.problem(None)),
+            Err(error) => return self.refuse(pending.topic, pending.answer, error.problem(None)),
         };
-        if asked.recorded {
+        if pending.recorded {
             self.sync();
-            if let Err(problem) = self.keeper.check(&asked.mission, "the decision is not given") {
-                return self.refuse(asked.topic, asked.answer, problem);
+            if let Err(problem) = self.journal_writer.check(&pending.mission, "the decision is not given") {
+                return self.refuse(pending.topic, pending.answer, problem);
             }
         }
         self.log_decision(&decision);
@@ -51,7 +51,7 @@ impl Owner {
             self.state_changed = true;
             self.outgoing.publish(Topic::OutDecided, decision.clone());
         }
-        self.outgoing.answer(asked.answer, Ok(decision));
+        self.outgoing.answer(pending.answer, Ok(decision));
     }
 
     fn log_decision(&self, decision: &Decision) {
@@ -74,12 +74,12 @@ impl Owner {
     }
 }
 
-fn timing(asked: &Asked, computed: &Computed) -> Timing {
+fn timing(pending: &PendingReply, computed: &Computed) -> Timing {
     Timing {
-        wait_ms: ms(asked.released.duration_since(asked.arrived)),
-        queue_ms: ms(computed.began.duration_since(asked.released)),
+        wait_ms: ms(pending.released.duration_since(pending.arrived)),
+        queue_ms: ms(computed.began.duration_since(pending.released)),
         evaluate_ms: ms(computed.ended.duration_since(computed.began)),
-        total_ms: ms(Instant::now().duration_since(asked.arrived)),
+        total_ms: ms(Instant::now().duration_since(pending.arrived)),
     }
 }
 

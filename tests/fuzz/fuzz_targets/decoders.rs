@@ -2,7 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use pdn_schemas::codec::{Format, Message, MessageVisitor, decode, decode_head, encode, visit_messages, visit_records};
+use pdn_schemas::codec::{Format, Message, MessageVisitor, decode, decode_head, encode};
+use pdn_schemas::codec::{visit_messages, visit_records};
 
 struct Decode<'a> {
     which: u8,

@@ -21,11 +21,12 @@ fuzz_target!(|input: &[u8]| {
         let (payload, after) = bytes.split_at(length);
         rest = after;
         let kind = [Kind::Keyframe, Kind::Factor, Kind::Link, Kind::Unread][usize::from(kind % 4)];
-        let Ok(Entry::Event(event)) = Entry::read(&Record { kind, payload: payload.to_vec() }) else { continue };
-        let offered = vehicle.offer(event);
-        if offered.mission == "m" {
-            assert!(offered.next_seq >= next_seq);
-            next_seq = offered.next_seq;
+        let record = Record { kind, payload: payload.to_vec() };
+        let Ok(Entry::Event(event)) = Entry::read(&record) else { continue };
+        let outcome = vehicle.offer(event, length);
+        if outcome.mission == "m" {
+            assert!(outcome.next_seq >= next_seq);
+            next_seq = outcome.next_seq;
         }
     }
     let state = vehicle.mission(None).expect("a mission").state();

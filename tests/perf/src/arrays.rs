@@ -1,7 +1,7 @@
 //! Named arrays in a file: what the peers read, and what a process of its own starts from.
 //!
-//! Layout: 8 bytes length of the header (little endian), the header as JSON (for each name its type, shape and offset in
-//! bytes after the header), then the values, little endian, each array row by row.
+//! Layout: 8 bytes length of the header (little endian), the header as JSON (for each name its type, shape
+//! and offset in bytes after the header), then the values, little endian, each array row by row.
 
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind, Read, Result, Write};

@@ -1,9 +1,10 @@
 //! A mission's snapshot of a survey, and the round trips that a decision would weigh.
 
 use nalgebra::{Matrix6, Vector6};
+use pdn_planning::Route;
 use pdn_planning::belief::virtual_paths;
 use pdn_planning::round_trip::{RoundTrip, along_route};
-use pdn_planning::route::{Route, routes};
+use pdn_planning::route::routes;
 use pdn_planning::waypoint::goals;
 use pdn_planning::{
     Allowable, Derived, LinkModel, OdometryStep, PlanningError, Saliency, Settings, Snapshot,
@@ -68,7 +69,8 @@ pub fn snapshot(
     })
 }
 
-/// At most `count` round trips from the robot, ordered as planning does: those with common beginnings are neighbours.
+/// At most `count` round trips from the robot, ordered as planning does: those with common beginnings are
+/// neighbours.
 pub fn round_trips(snapshot: &Snapshot, count: usize) -> Result<(Goals, Vec<RoundTrip>), PlanningError> {
     let waypoints = goals(snapshot)?;
     let (goals, chosen): (Goals, Vec<Route>) = if waypoints.len() >= count {

@@ -10,11 +10,13 @@ use serde::Serialize;
 use crate::kernel::{self, BlockSystem, Elimination, KernelError, VirtualPath, Wanted, Workspace};
 use crate::measure::{Summary, median, summary, timed, wall_ms};
 
-/// Times of K candidates, CPU time of one thread in ms but for `wall`; those of a candidate are medians over repeats.
+/// Times of K candidates, CPU time of one thread in ms but for `wall`; those of a candidate are medians over
+/// repeats.
 #[derive(Serialize)]
 pub struct Evaluation {
     pub candidates: usize,
-    /// Means over the candidates: virtual nodes, links, and poses that a candidate names (virtual nodes, keyframes linked to).
+    /// Means over the candidates: virtual nodes, links, and poses that a candidate names (virtual nodes,
+    /// keyframes linked to).
     pub virtual_nodes: f64,
     pub links: f64,
     pub poses: f64,
@@ -81,7 +83,7 @@ fn evaluation(trees: &Trees, paths: &[&VirtualPath], repeats: usize) -> Result<E
     Ok(Evaluation {
         candidates: paths.len(),
         virtual_nodes: mean(&virtual_nodes),
-        links: mean(&|path| path_links(path)),
+        links: mean(&|path| path.node_links().count()),
         poses: mean(&|path| virtual_nodes(path) + linked(path)),
         candidate,
         streamed_candidate,
@@ -103,11 +105,6 @@ fn virtual_nodes(path: &VirtualPath) -> usize {
     path.nodes() as usize
 }
 
-/// What is expected at a place is expected at each of its nodes.
-fn path_links(path: &VirtualPath) -> usize {
-    path.links().map(|(place, _)| path.nodes_at(place).into_iter().flatten().count()).sum()
-}
-
 fn linked(path: &VirtualPath) -> usize {
     path.links().map(|(_, link)| link.keyframe).collect::<BTreeSet<_>>().len()
 }
@@ -119,7 +116,8 @@ pub fn terminals(elimination: &Elimination, paths: &[VirtualPath]) -> Result<Vec
     Ok(found.into_iter().map(|(terminal, _)| terminal).collect())
 }
 
-/// The time of each candidate on one thread: the median over repeats. Memory is kept from one to the next, as planning does.
+/// The time of each candidate on one thread: the median over repeats. Memory is kept from one to the next, as
+/// planning does.
 fn candidate_ms(
     elimination: &Elimination,
     paths: &[&VirtualPath],
@@ -137,7 +135,8 @@ fn candidate_ms(
     Ok(by_path.iter().map(|times| median(times)).collect())
 }
 
-/// Time that passes for the terminal covariances in planning's groups, the workspace of each thread being there.
+/// Time that passes for the terminal covariances in planning's groups, the workspace of each thread being
+/// there.
 fn wall_ms_of(
     elimination: &Elimination,
     paths: &[&VirtualPath],

@@ -53,20 +53,14 @@ pub fn put_paths(arrays: &mut Arrays, paths: &[VirtualPath]) {
     };
     let unary = |path: &VirtualPath, node: u32| row_major(path.unary(node));
     arrays.put_u32("path_nodes", &[], paths.iter().map(VirtualPath::nodes));
-    arrays.put_u32("path_links", &[], paths.iter().map(|path| links(path).count() as u32));
+    arrays.put_u32("path_links", &[], paths.iter().map(|path| path.node_links().count() as u32));
     let nodes = || paths.iter().flat_map(|path| (1..=path.nodes()).map(move |node| (path, node)));
     arrays.put_f64("unary", &[6, 6], nodes().flat_map(|(path, node)| unary(path, node)));
     arrays.put_f64("steps", &[3, 6, 6], nodes().flat_map(|(path, node)| pair(path.step(node - 1))));
-    let links = || paths.iter().flat_map(links);
+    let links = || paths.iter().flat_map(VirtualPath::node_links);
     arrays.put_u32("link_ends", &[2], links().flat_map(|(node, link)| [node, link.keyframe.0]));
     arrays.put_f64("link_probability", &[], links().map(|(_, link)| link.probability));
     arrays.put_f64("links", &[3, 6, 6], links().flat_map(|(_, link)| pair(&link.information)));
-}
-
-/// The links of each virtual node; what is expected at a place is expected at each of its nodes.
-fn links(path: &VirtualPath) -> impl Iterator<Item = (u32, &VirtualLink)> {
-    path.links()
-        .flat_map(|(place, link)| path.nodes_at(place).into_iter().flatten().map(move |node| (node, link)))
 }
 
 /// The candidates, made one at a time.
@@ -130,7 +124,8 @@ pub fn put_poses(arrays: &mut Arrays, poses: &[Pose]) {
     arrays.put_f64("poses", &[7], poses.iter().flat_map(pose_row));
 }
 
-/// Kind (0 prior, 1 odometry, 2 attitude, 3 depth, 4 camera), the other keyframe, the measurement as a pose, its deviations.
+/// Kind (0 prior, 1 odometry, 2 attitude, 3 depth, 4 camera), the other keyframe, the measurement as a pose,
+/// its deviations.
 fn row(index: usize, measured: &Measured, first_estimate: &Pose) -> (u32, usize, Pose, Vector6<f64>) {
     let pair = |[first, second]: [f64; 2]| Vector6::new(first, first, first, second, second, second);
     match measured {

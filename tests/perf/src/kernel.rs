@@ -1,7 +1,8 @@
-//! Every call of the kernel that is measured. What follows a change of the kernel's interface is in this file alone.
+//! Every call of the kernel that is measured. What follows a change of the kernel's interface is in this file
+//! alone.
 
 use nalgebra::{Matrix5, Matrix6, Vector5, Vector6};
-use pdn_kernel::elimination::Candidates;
+use pdn_kernel::elimination::PathEvaluator;
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{Factor, se3};
 use serde::Serialize;
@@ -18,11 +19,11 @@ pub use pdn_kernel::{KernelError, Node};
 
 /// As the daemon's fold streams (`service/crates/state/src/fold.rs`).
 const STREAM: SmootherSettings = SmootherSettings { relinearize_above: 2e-2, max_iterations: 3 };
-const SETTLE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
-const SETTLED_TOLERANCE: f64 = 1e-7;
-const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-5;
+const RELINEARIZE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
+const RELINEARIZE_TOLERANCE: f64 = 1e-7;
+const RELINEARIZE_TOLERANCE_OF_LARGE: f64 = 1e-5;
 const SMALL_GRAPH: usize = 4096;
-const SETTLE_ROUNDS: usize = 20;
+const RELINEARIZE_ROUNDS: usize = 20;
 
 /// Gauss-Newton steps from scratch until no entry of a step exceeds `BATCH_TOLERANCE`.
 const BATCH_ROUNDS: usize = 20;
@@ -33,7 +34,8 @@ const BATCH_TOLERANCE: f64 = 1e-9;
 pub enum Wanted {
     /// Covariance of the last virtual node.
     Terminal,
-    /// That, that of each node on the way, and the terminal one with every link and with none: all that a decision asks.
+    /// That, that of each node on the way, and the terminal one with every link and with none: all that a
+    /// decision asks.
     Variants,
 }
 
@@ -76,28 +78,33 @@ impl Stream {
         Ok(guess)
     }
 
-    /// Follows what was added as the daemon does: a few steps, and now and then as close to the optimum as the daemon. True if it
-    /// settled.
+    /// Follows what was added as the daemon does: a few steps, and now and then the whole graph is linearised
+    /// anew as closely as the daemon does it. True if it was.
     pub fn follow(&mut self) -> Result<bool, KernelError> {
         self.smoother.advance()?;
         self.smoother.take_moved(); // the daemon's raster follows them
         let keyframes = self.smoother.len();
-        let every = SETTLE_EVERY.iter().find(|(most, _)| keyframes <= *most).map_or(1, |(_, every)| *every);
-        let settles = keyframes % every == 0;
-        if settles {
+        let every =
+            RELINEARIZE_EVERY.iter().find(|(most, _)| keyframes <= *most).map_or(1, |(_, every)| *every);
+        let is_due = keyframes % every == 0;
+        if is_due {
             let is_small = self.smoother.len() <= SMALL_GRAPH;
-            self.settle_to(if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE })?;
+            self.relinearize_to(if is_small {
+                RELINEARIZE_TOLERANCE
+            } else {
+                RELINEARIZE_TOLERANCE_OF_LARGE
+            })?;
         }
-        Ok(settles)
+        Ok(is_due)
     }
 
     /// Takes every linearisation point to the estimate.
-    pub fn settle(&mut self) -> Result<(), KernelError> {
-        self.settle_to(SETTLED_TOLERANCE)
+    pub fn relinearize(&mut self) -> Result<(), KernelError> {
+        self.relinearize_to(RELINEARIZE_TOLERANCE)
     }
 
-    fn settle_to(&mut self, tolerance: f64) -> Result<(), KernelError> {
-        for _ in 0..SETTLE_ROUNDS {
+    fn relinearize_to(&mut self, tolerance: f64) -> Result<(), KernelError> {
+        for _ in 0..RELINEARIZE_ROUNDS {
             if self.smoother.relinearize(tolerance)?.converged {
                 break;
             }
@@ -123,7 +130,8 @@ impl Stream {
         self.smoother.clone()
     }
 
-    /// The optimum of all factors, by Gauss-Newton from the estimate with everything linearised and eliminated anew.
+    /// The optimum of all factors, by Gauss-Newton from the estimate with everything linearised and
+    /// eliminated anew.
     pub fn batch_optimum(&self) -> Result<Vec<Pose>, KernelError> {
         let mut poses = self.estimates();
         for _ in 0..BATCH_ROUNDS {
@@ -159,10 +167,10 @@ pub fn evaluate(
     workspace: &mut Workspace,
 ) -> Result<Vec<(Matrix6<f64>, f64)>, KernelError> {
     let robot = elimination.marginal(Node(elimination.len() as u32 - 1))?;
-    let mut candidates = Candidates::new(elimination, workspace);
+    let mut evaluator = PathEvaluator::new(elimination, workspace);
     let mut evaluate = |path| match wanted {
-        Wanted::Terminal => candidates.terminal(path),
-        Wanted::Variants => candidates.covariances(path, &robot).map(|found| found.terminal),
+        Wanted::Terminal => evaluator.terminal(path),
+        Wanted::Variants => evaluator.covariances(path, &robot).map(|found| found.terminal),
     };
     let each = group.iter().map(|path| {
         let (terminal, ms) = timed(|| evaluate(path));

@@ -1,4 +1,5 @@
-//! Measures pdn on a survey, and writes the input for the peers. `make bench` runs it; see `tests/perf/README.md`.
+//! Measures pdn on a survey, and writes the input for the peers. `make bench` runs it; see
+//! `tests/perf/README.md`.
 
 mod arrays;
 mod candidates;

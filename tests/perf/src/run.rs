@@ -17,12 +17,14 @@ pub struct Report {
     pub keyframes: usize,
     pub measurements: usize,
     pub links: usize,
-    /// Following one keyframe as it comes; some of them settle. All of them, and those that do not settle.
+    /// Following one keyframe as it comes; at some the whole graph is linearised anew. All of them, and the
+    /// others.
     pub update: Summary,
     pub update_between: Summary,
-    /// Greatest distance of the estimate from the batch optimum at the end, [m, rad]: as streamed, and settled.
+    /// Greatest distance of the estimate from the batch optimum at the end, [m, rad]: as streamed, and
+    /// converged.
     pub drift: [f64; 2],
-    pub settled_drift: [f64; 2],
+    pub converged_drift: [f64; 2],
     /// Copying the smoother, as a snapshot does.
     pub copy: f64,
     pub streamed_tree: Size,
@@ -34,7 +36,8 @@ pub struct Report {
     pub goals: &'static str,
     /// A candidate's virtual nodes and links with their information, mean.
     pub virtual_path: f64,
-    /// One whole decision on a new snapshot with the smoother's tree: marginals, clusters, routes, evaluations, choice.
+    /// One whole decision on a new snapshot with the smoother's tree: marginals, clusters, routes,
+    /// evaluations, choice.
     pub decision: f64,
     pub decision_candidates: usize,
     pub evaluations: Vec<Evaluation>,
@@ -48,16 +51,16 @@ pub fn run(run: &Run) -> Fallible<Report> {
     let (mut first_estimates, mut updates, mut between) = (Vec::new(), Vec::new(), Vec::new());
     for (index, keyframe) in keyframes.iter().enumerate() {
         first_estimates.push(stream.add(index, keyframe)?);
-        let (settled, ms) = timed(|| stream.follow());
+        let (relinearized, ms) = timed(|| stream.follow());
         updates.push(ms);
-        if !settled? {
+        if !relinearized? {
             between.push(ms);
         }
     }
     let drift_of = |stream: &Stream, optimum: &[Pose]| greatest_distance(&stream.estimates(), optimum);
     let optimum = stream.batch_optimum()?;
     let drift = drift_of(&stream, &optimum);
-    stream.settle()?;
+    stream.relinearize()?;
 
     let streamed = stream.elimination();
     let (at_once, shared) = evaluation::shared_ms(streamed.system(), run.repeats)?;
@@ -93,7 +96,7 @@ pub fn run(run: &Run) -> Fallible<Report> {
         update: summary(&updates),
         update_between: summary(&between),
         drift,
-        settled_drift: drift_of(&stream, &optimum),
+        converged_drift: drift_of(&stream, &optimum),
         copy,
         streamed_tree: kernel::size(streamed),
         tree: kernel::size(&at_once),

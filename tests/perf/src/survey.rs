@@ -1,5 +1,5 @@
-//! A survey like that of the paper's hull, as long as one likes: a boustrophedon over a plane with salient patches, and
-//! what the vehicle measures on the way.
+//! A survey like that of the paper's hull, as long as one likes: a boustrophedon over a plane with salient
+//! patches, and what the vehicle measures on the way.
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use pdn_kernel::se3::{self, Pose};
@@ -65,8 +65,8 @@ pub enum Measured {
     Attitude { rotation: UnitQuaternion<f64> },
     /// Depth, m.
     Depth { depth_m: f64 },
-    /// A registration with an earlier keyframe. The length of the translation between the cameras is that of the truth, of
-    /// which a camera knows nothing.
+    /// A registration with an earlier keyframe. The length of the translation between the cameras is that of
+    /// the truth, of which a camera knows nothing.
     Camera { earlier: usize, earlier_from_later: Pose },
 }
 

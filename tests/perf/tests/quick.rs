@@ -28,7 +28,11 @@ fn a_small_survey_is_streamed_decided_on_and_written() {
         evaluations.iter().map(|of| of["candidates"].as_u64()).collect::<Vec<_>>(),
         [Some(2), Some(4)]
     );
-    assert!(numbers(&found["settled_drift"]).iter().all(|&drift| drift < 1e-6), "{}", found["settled_drift"]);
+    assert!(
+        numbers(&found["converged_drift"]).iter().all(|&drift| drift < 1e-6),
+        "{}",
+        found["converged_drift"]
+    );
 
     // Both trees hold the same matrix.
     let terminals = |tree: usize| found["terminals"][tree].as_array().expect("an array").iter().map(numbers);

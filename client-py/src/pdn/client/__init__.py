@@ -11,9 +11,9 @@
             ...
             print(client.decision(after=seq).reason)
 
-Reading order: `client` (what can be asked), `stream` (what a vehicle sends), `sender`, `outbox` and
-`outbox_file` (why nothing is lost), `watch`, `link` and `session` (Zenoh), `certificates` and `diagnosis`
-(why it does not work), `errors`.
+Reading order: `client`, `questions` and `commands` (what can be asked), `stream` and `events` (what a vehicle
+sends), `sender`, `outbox` and `outbox_file` (why nothing is lost), `watch`, `vehicle_session` and `session`
+(Zenoh), `certificates` and `diagnosis` (why it does not work), `errors`.
 """
 
 from .client import Client, connect

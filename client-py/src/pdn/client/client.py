@@ -14,11 +14,11 @@ from pdn import wire
 from .commands import Commands
 from .diagnosis import DEFAULT_ENDPOINT
 from .errors import PlannerAbsent, Refused, Timeout
-from .link import Link
 from .outbox import WINDOW
 from .questions import Questions
 from .session import open_session
 from .stream import POST_TIMEOUT_S, MissionStream, OnRejected
+from .vehicle_session import VehicleSession
 from .watch import Watch
 
 TIMEOUT_S = 10.0
@@ -53,9 +53,9 @@ def connect(
     Raises `ConnectionFailed`, `PlannerAbsent`, `NotAllowed` or `Timeout`, with what is probably wrong.
     """
     wire.key(vehicle, wire.Topic.RPC_MISSION)  # Refuses an id that would make no key.
-    session, shown = open_session(endpoint, connect_timeout_s, config_file, certificate)
+    session, presented = open_session(endpoint, connect_timeout_s, config_file, certificate)
     form = wire.Format.JSON if json_on_wire else wire.Format.BINCODE
-    client = Client(Link(session, vehicle, endpoint, form, shown), timeout_s, outbox)
+    client = Client(VehicleSession(session, vehicle, endpoint, form, presented), timeout_s, outbox)
     try:
         client.wait_for_planner(connect_timeout_s)
         if console is not None:
@@ -74,11 +74,11 @@ class Client(Commands, Questions):
     another mission than the one configured last. Safe to use from several threads.
     """
 
-    def __init__(self, link: Link, timeout_s: float, outbox: str | Path | None = None) -> None:
-        super().__init__(link, timeout_s)
+    def __init__(self, session: VehicleSession, timeout_s: float, outbox: str | Path | None = None) -> None:
+        super().__init__(session, timeout_s)
         self._outbox = outbox
-        self.vehicle = link.vehicle
-        self.endpoint = link.endpoint
+        self.vehicle = session.vehicle
+        self.endpoint = session.endpoint
         self._tokens: dict[str, zenoh.LivelinessToken] = {}
         self._stream: MissionStream | None = None
 
@@ -104,7 +104,7 @@ class Client(Commands, Questions):
         name = mission if mission is not None else self.mission().mission
         self.announce(wire.key(self.vehicle, wire.Topic.ALIVE_VEHICLE))
         self._stream = MissionStream(
-            self._link,
+            self._session,
             name,
             on_rejected=on_rejected,
             window=window,
@@ -115,7 +115,7 @@ class Client(Commands, Questions):
 
     def watch(self) -> Watch:
         """States, decisions and refusals as they are published, from now on."""
-        return Watch(self._link)
+        return Watch(self._session)
 
     def wait_for_planner(self, timeout_s: float) -> None:
         """Returns once the planner answers for this vehicle, or is announced and only busy.
@@ -127,7 +127,7 @@ class Client(Commands, Questions):
         except PlannerAbsent:
             raise
         except Timeout:
-            if not self._link.planner_is_announced():
+            if not self._session.planner_is_alive():
                 raise
         except Refused as refusal:
             if refusal.code == wire.Code.NOT_READY:
@@ -136,14 +136,14 @@ class Client(Commands, Questions):
     def announce(self, key: str) -> None:
         """Holds a liveliness token of that key as long as the client is open."""
         if key not in self._tokens:
-            self._tokens[key] = self._link.session.liveliness().declare_token(key)
+            self._tokens[key] = self._session.zenoh_session.liveliness().declare_token(key)
 
     def close(self) -> None:
         """Ends the connection; what a stream has not confirmed by then is sent no more."""
         if self._stream is not None:
             self._stream.close()
         self._tokens.clear()
-        closing = threading.Thread(target=self._link.session.close, name="pdn-close", daemon=True)
+        closing = threading.Thread(target=self._session.zenoh_session.close, name="pdn-close", daemon=True)
         closing.start()
         closing.join(CLOSE_TIMEOUT_S)
 

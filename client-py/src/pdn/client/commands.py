@@ -8,10 +8,10 @@ from typing import Any
 
 from pdn import wire
 
-from .asking import Asking
+from .requester import Requester
 
 
-class Commands(Asking):
+class Commands(Requester):
     """The commands of the contract, each answered by the mission as it then stands."""
 
     def configure(
@@ -21,12 +21,12 @@ class Commands(Asking):
         planner completes.
         """
         if isinstance(config, wire.MissionConfig):
-            return self._send(wire.Topic.OP_CONFIGURE, config, wire.MissionState, timeout_s)
+            return self._request(wire.Topic.OP_CONFIGURE, config, wire.MissionState, timeout_s)
         payload = json.dumps(config, allow_nan=False).encode()
-        return self._link.ask(
+        return self._session.ask(
             wire.Topic.OP_CONFIGURE,
             wire.MissionState,
-            self._patience(timeout_s),
+            self._timeout_s(timeout_s),
             payload=payload,
             encoding=wire.encoding(wire.MissionConfig, wire.Format.JSON),
         )
@@ -70,4 +70,6 @@ class Commands(Asking):
     def _command(
         self, topic: wire.Topic, reason: str, mission: str | None, timeout_s: float | None
     ) -> wire.MissionState:
-        return self._send(topic, wire.Command(reason=reason), wire.MissionState, timeout_s, mission=mission)
+        return self._request(
+            topic, wire.Command(reason=reason), wire.MissionState, timeout_s, mission=mission
+        )

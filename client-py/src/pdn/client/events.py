@@ -43,9 +43,9 @@ class Events(ABC):
         """
         if saliency is not None and appearance is not None:
             raise ValueError("give saliency or appearance, not both")
-        shown: wire.AnyAppearance = appearance if appearance is not None else wire.Appearance.None_()
+        content: wire.AnyAppearance = appearance if appearance is not None else wire.Appearance.None_()
         if saliency is not None:
-            shown = wire.Appearance.Saliency(local=saliency[0], global_=saliency[1])
+            content = wire.Appearance.Saliency(local=saliency[0], global_=saliency[1])
         return self._post(
             wire.Topic.IN_KEYFRAME,
             lambda seq, stamp: wire.Keyframe(
@@ -55,7 +55,7 @@ class Events(ABC):
                 id=id,
                 pose=pose,
                 camera=camera,
-                appearance=shown,
+                appearance=content,
             ),
             stamp_ns,
         )
@@ -99,8 +99,8 @@ class Events(ABC):
             wire.FactorKind.Camera(
                 from_=from_,
                 to=to,
-                direction=_three(direction),
-                rotation=_four(rotation),
+                direction=_vector(direction),
+                rotation=_quaternion(rotation),
                 covariance=_row_major(covariance, 5),
             )
         )
@@ -120,7 +120,7 @@ class Events(ABC):
         return self.factor(
             wire.FactorKind.Attitude(
                 keyframe=keyframe,
-                rotation=_four(rotation),
+                rotation=_quaternion(rotation),
                 tilt_variance_rad2=tilt_variance_rad2,
                 heading_variance_rad2=heading_variance_rad2,
             )
@@ -136,7 +136,7 @@ class Events(ABC):
         """
         return self.factor(
             wire.FactorKind.Position(
-                keyframe=keyframe, position=_three(position), covariance=_row_major(covariance, 3)
+                keyframe=keyframe, position=_vector(position), covariance=_row_major(covariance, 3)
             )
         )
 
@@ -170,11 +170,11 @@ def _row_major(matrix: Covariance, size: int) -> tuple[float, ...]:
     return tuple(numbers.ravel().tolist())
 
 
-def _three(vector: Sequence[float]) -> tuple[float, float, float]:
+def _vector(vector: Sequence[float]) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in vector)
     return (x, y, z)
 
 
-def _four(quaternion: Sequence[float]) -> tuple[float, float, float, float]:
+def _quaternion(quaternion: Sequence[float]) -> tuple[float, float, float, float]:
     x, y, z, w = (float(value) for value in quaternion)
     return (x, y, z, w)

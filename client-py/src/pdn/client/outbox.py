@@ -1,7 +1,7 @@
 """The events that the planner has not yet confirmed, and which of them to send next.
 
 Zenoh alone loses publications when a link breaks or a reader is slow, so that nothing is lost and nothing
-counted twice is settled here: numbers without gaps, a window, and going back to the first number that did
+counted twice is decided here: numbers without gaps, a window, and going back to the first number that did
 not arrive (go-back-N). This file is that rule alone: no network, no clock, no thread.
 
     durable_seq <= applied_seq <= cursor <= next_seq        next_seq - durable_seq <= window
@@ -42,17 +42,17 @@ class Outbox:
         self.durable_seq = next_seq
         self.applied_seq = next_seq
         self._cursor = next_seq
-        self._kept: deque[Entry] = deque()
+        self._entries: deque[Entry] = deque()
 
     @property
     def full(self) -> bool:
         """Whether the next event must wait."""
-        return len(self._kept) >= self.window
+        return len(self._entries) >= self.window
 
     @property
-    def settled(self) -> bool:
+    def empty(self) -> bool:
         """Whether every event is durable."""
-        return not self._kept
+        return not self._entries
 
     @property
     def unsent(self) -> int:
@@ -69,13 +69,13 @@ class Outbox:
             raise ValueError(f"event {entry.seq} is not the next one, {self.next_seq}")
         if self.full:
             raise ValueError(f"the window of {self.window} events is full")
-        self._kept.append(entry)
+        self._entries.append(entry)
         self.next_seq += 1
 
     def take(self, limit: int) -> list[Entry]:
         """The next events to send, at most `limit`; they count as sent."""
         first = self._cursor - self.durable_seq
-        taken = [self._kept[index] for index in range(first, min(first + limit, len(self._kept)))]
+        taken = [self._entries[index] for index in range(first, min(first + limit, len(self._entries)))]
         self._cursor += len(taken)
         return taken
 
@@ -112,6 +112,6 @@ class Outbox:
         return max(0, self.durable_seq - applied_seq)
 
     def _drop_below(self, durable_seq: int) -> None:
-        while self._kept and self._kept[0].seq < durable_seq:
-            self._kept.popleft()
+        while self._entries and self._entries[0].seq < durable_seq:
+            self._entries.popleft()
         self.durable_seq = max(self.durable_seq, durable_seq)

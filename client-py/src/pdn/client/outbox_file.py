@@ -32,23 +32,23 @@ from .errors import OutboxUnusable
 from .outbox import Entry
 
 MAGIC = b"PDNOUTB1"
-HEAD = struct.Struct("<IQI")
-SUM = struct.Struct("<I")
+HEADER = struct.Struct("<IQI")
+CHECKSUM = struct.Struct("<I")
 LENGTHS = struct.Struct("<HH")
 """Bytes of an event's key and encoding, before both."""
 
 OPEN_ATTEMPTS = 10
 
-SPARE_BYTES = 1 << 20
+COMPACT_AFTER_BYTES = 1 << 20
 """The file is written anew once so many bytes of it are of durable events, and more than of others."""
 
 
-def left_behind(folder: str | Path, vehicle: str, mission: str) -> bool:
+def outbox_exists(folder: str | Path, vehicle: str, mission: str) -> bool:
     """Whether an earlier program has left a file of that mission."""
-    return file_of(folder, vehicle, mission).exists()
+    return outbox_path(folder, vehicle, mission).exists()
 
 
-def file_of(folder: str | Path, vehicle: str, mission: str) -> Path:
+def outbox_path(folder: str | Path, vehicle: str, mission: str) -> Path:
     """Where the events of that mission are kept."""
     if not re.fullmatch(r"[a-z0-9_-]{1,64}", mission):
         raise ValueError(f"{mission!r} is no id of a mission: 1 to 64 of a-z, 0-9, - and _")
@@ -60,7 +60,7 @@ class OutboxFile:
 
     def __init__(self, folder: str | Path, vehicle: str, mission: str) -> None:
         """Opens or makes the file; raises `OutboxUnusable` if it is another's, in use or damaged."""
-        self.path = file_of(folder, vehicle, mission)
+        self.path = outbox_path(folder, vehicle, mission)
         self.entries: deque[Entry] = deque()
         self.next_seq: int | None = None
         self.mission = mission
@@ -83,7 +83,7 @@ class OutboxFile:
     def begin(self, next_seq: int) -> None:
         """For a new file: the first event will have this number."""
         self.next_seq = next_seq
-        self._rewrite()
+        self._compact()
 
     def append(self, entry: Entry) -> None:
         """Keeps an event; it is not taken if this raises."""
@@ -110,8 +110,8 @@ class OutboxFile:
         """Events below are durable and need not be kept."""
         while self.entries and self.entries[0].seq < durable_seq:
             self._live_bytes -= len(_record(0, _event(self.entries.popleft())))
-        if self._size - self._live_bytes > max(SPARE_BYTES, self._live_bytes):
-            self._rewrite()
+        if self._size - self._live_bytes > max(COMPACT_AFTER_BYTES, self._live_bytes):
+            self._compact()
 
     def close(self) -> None:
         """Lets go of the file, and removes it if all that was in it is durable."""
@@ -154,17 +154,17 @@ class OutboxFile:
                 raise self._unusable(f"is damaged: event {seq} stands where {self.next_seq} should")
             self.entries.append(_entry(seq, body))
             self.next_seq = seq + 1
-            self._live_bytes += HEAD.size + SUM.size + len(body)
+            self._live_bytes += HEADER.size + CHECKSUM.size + len(body)
 
     def _records(self, content: bytes) -> Iterator[tuple[int, bytes]]:
         at = len(MAGIC)
         while at < len(content):
-            begin = at + HEAD.size + SUM.size
-            head = content[at : at + HEAD.size]
+            begin = at + HEADER.size + CHECKSUM.size
+            head = content[at : at + HEADER.size]
             if begin > len(content):
                 break
-            length, seq, body_sum = HEAD.unpack(head)
-            if zlib.crc32(head) != SUM.unpack(content[at + HEAD.size : begin])[0]:
+            length, seq, body_sum = HEADER.unpack(head)
+            if zlib.crc32(head) != CHECKSUM.unpack(content[at + HEADER.size : begin])[0]:
                 if not any(content[at:]):
                     break  # Zeros that a power cut left where a record was to be.
                 raise self._unusable(f"is damaged at byte {at}")
@@ -179,20 +179,20 @@ class OutboxFile:
             os.ftruncate(self._file, at)
             self._size = at
 
-    def _rewrite(self) -> None:
-        """Writes the file anew without what is durable; whenever the program ends, one of both is there."""
+    def _compact(self) -> None:
+        """Writes the file anew, without what is durable; whenever the program ends, one of both is there."""
         first = self.entries[0].seq if self.entries else self.next_seq
         identity = json.dumps({**self._identity, "next_seq": first}).encode()
         content = MAGIC + _record(0, identity) + b"".join(_record(e.seq, _event(e)) for e in self.entries)
-        beside = self.path.with_suffix(".new")
+        temporary = self.path.with_suffix(".new")
         try:
-            with beside.open("wb") as new:
+            with temporary.open("wb") as new:
                 new.write(content)
                 new.flush()
                 os.fsync(new.fileno())
-            replacement = os.open(beside, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
+            replacement = os.open(temporary, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
             fcntl.flock(replacement, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            os.replace(beside, self.path)
+            os.replace(temporary, self.path)
         except OSError as error:
             raise self._unusable(f"cannot be written anew ({error.strerror})") from error
         os.close(self._file)
@@ -210,8 +210,8 @@ def _content(file: int) -> bytes:
 
 
 def _record(seq: int, body: bytes) -> bytes:
-    head = HEAD.pack(len(body), seq, zlib.crc32(body))
-    return head + SUM.pack(zlib.crc32(head)) + body
+    head = HEADER.pack(len(body), seq, zlib.crc32(body))
+    return head + CHECKSUM.pack(zlib.crc32(head)) + body
 
 
 def _event(entry: Entry) -> bytes:

@@ -7,12 +7,12 @@ from typing import Any, Literal
 
 from pdn import wire
 
-from .asking import Asking
+from .requester import Requester
 
 Detail = Literal["brief", "full", "choice"]
 
 
-class Questions(Asking):
+class Questions(Requester):
     """The questions of the contract, as methods that return typed messages."""
 
     def decision(

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from .errors import EventsRefused, ProblemLike
 from .outbox import WINDOW
 
-KEPT = 1000
+CAPACITY = 1000
 """Refusals that are remembered; of more only the last."""
 
 TRANSIENT = frozenset({"overloaded", "not_ready"})
@@ -26,11 +26,11 @@ class Refusals:
     def __init__(self, counted: int, *, raises: bool) -> None:
         """Begins where the planner has counted `counted`; with `raises` refusals wait to be raised."""
         self.counted = counted
-        self.all: deque[ProblemLike] = deque(maxlen=KEPT)
+        self.all: deque[ProblemLike] = deque(maxlen=CAPACITY)
         self._recent: deque[tuple[str, int]] = deque()
         self._known: set[tuple[str, int]] = set()
         self._raises = raises
-        self._unraised: deque[ProblemLike] = deque(maxlen=KEPT)
+        self._unreported: deque[ProblemLike] = deque(maxlen=CAPACITY)
 
     def add(self, problem: ProblemLike) -> bool:
         """Takes in a refusal; True if it is a new one about an event's content."""
@@ -44,24 +44,24 @@ class Refusals:
             return False
         self.all.append(problem)
         if self._raises and problem.code not in FINAL:
-            self._unraised.append(problem)
+            self._unreported.append(problem)
         return True
 
     def raise_new(self) -> None:
         """Raises what has not been raised before, if there is any."""
-        if self._unraised:
-            raise EventsRefused(self._take_unraised())
+        if self._unreported:
+            raise EventsRefused(self._take_unreported())
 
-    def raise_unheard(self, counted_by_planner: int) -> None:
+    def raise_unannounced(self, counted_by_planner: int) -> None:
         """Raises, whatever the caller chose, if the planner has refused more events than were heard of."""
-        unheard = counted_by_planner - self.counted
-        if unheard > 0:
+        unannounced = counted_by_planner - self.counted
+        if unannounced > 0:
             self.counted = counted_by_planner
-            raise EventsRefused(self._take_unraised(), unheard)
+            raise EventsRefused(self._take_unreported(), unannounced)
 
-    def _take_unraised(self) -> list[ProblemLike]:
-        problems = list(self._unraised)
-        self._unraised.clear()
+    def _take_unreported(self) -> list[ProblemLike]:
+        problems = list(self._unreported)
+        self._unreported.clear()
         return problems
 
     def _is_new(self, code: str, seq: int) -> bool:

@@ -19,6 +19,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from .backoff import STALL_LAST_S, STALL_S, Backoff
 from .errors import (
     BadReply,
     MissionLost,
@@ -32,19 +33,18 @@ from .errors import (
 )
 from .outbox import WINDOW, Entry, Outbox
 from .outbox_file import OutboxFile
-from .patience import STALL_LAST_S, STALL_S, Patience
-from .planner_side import Link, Status
+from .outbox_recovery import recover_outbox
 from .refusals import FINAL, OnRejected, Refusals
-from .resuming import resumed
+from .transport import IngestStatus, Transport
 
-BATCH = 64
+SEND_BATCH = 64
 """Events sent between two looks at what came in."""
 
-NEWS_AT_ONCE = 64
+INBOX_BATCH = 64
 """Acknowledgements and refusals read between two looks at what is to be sent: a flood of refusals, which
 anyone can cause by sending rubbish under this vehicle's keys, must not keep events from going out."""
 
-MAX_NEWS = 4096
+INBOX_CAPACITY = 4096
 """Acknowledgements and refusals that may wait to be read; beyond, the planner is asked instead."""
 
 LATE_REASONS_S = 1.0
@@ -59,8 +59,8 @@ class Sender:
     def __init__(
         self,
         mission: str,
-        link: Link,
-        status: Status,
+        transport: Transport,
+        status: IngestStatus,
         *,
         window: int = WINDOW,
         on_rejected: OnRejected | None = None,
@@ -73,23 +73,25 @@ class Sender:
         caller's next call.
         """
         self.mission = mission
-        self._link = link
+        self._transport = transport
         self._on_rejected = on_rejected
         self._store = store
-        self._outbox = Outbox(status.next_seq, window) if store is None else resumed(store, status, window)
+        self._outbox = (
+            Outbox(status.next_seq, window) if store is None else recover_outbox(store, status, window)
+        )
         self._first_seq = self._outbox.durable_seq
         self._refusals = Refusals(status.rejected, raises=raises)
         self._broken: PdnError | None = None
         self._planner_present = True
-        self._resync_wanted = False
+        self._resync_requested = False
         self._closing = False
-        self._patience = Patience(time.monotonic())
+        self._backoff = Backoff(time.monotonic())
         self._changed = threading.Condition()
-        self._news: queue.Queue[Callable[[], None]] = queue.Queue(MAX_NEWS)
+        self._inbox: queue.Queue[Callable[[], None]] = queue.Queue(INBOX_CAPACITY)
         self._thread = threading.Thread(target=self._run, name=f"pdn-sender-{mission}", daemon=True)
 
-    def begin(self) -> None:
-        """Begins to send."""
+    def start(self) -> None:
+        """Starts the thread."""
         self._thread.start()
 
     # --- for callers ---
@@ -129,8 +131,8 @@ class Sender:
             entry = encode(self._outbox.next_seq)
             if self._store is not None:
                 self._store.append(entry)
-            if self._outbox.settled:
-                self._patience.begin(time.monotonic())
+            if self._outbox.empty:
+                self._backoff.start(time.monotonic())
             self._outbox.append(entry)
         self._wake()
         return entry.seq
@@ -140,18 +142,18 @@ class Sender:
         `StreamBroken`."""
         deadline_s = time.monotonic() + timeout_s
         with self._changed:
-            settled = self._changed.wait_for(lambda: self._broken or self._outbox.settled, timeout_s)
+            emptied = self._changed.wait_for(lambda: self._broken or self._outbox.empty, timeout_s)
             self._raise_pending()
-            if not settled:
+            if not emptied:
                 waiting = self._outbox.next_seq - self._outbox.durable_seq
                 raise Timeout(
                     f"{waiting} events of mission {self.mission}, from {self._outbox.durable_seq} on, "
                     f"were not confirmed within {timeout_s:g} s"
                 )
-        status = self._link.ingest(max(0.1, deadline_s - time.monotonic()))
+        status = self._transport.ingest(max(0.1, deadline_s - time.monotonic()))
         with self._changed:
             self._changed.wait_for(lambda: self._refusals.counted >= status.rejected, LATE_REASONS_S)
-            self._refusals.raise_unheard(status.rejected)
+            self._refusals.raise_unannounced(status.rejected)
             self._raise_pending()
 
     def close(self, timeout_s: float = 2.0) -> None:
@@ -167,12 +169,12 @@ class Sender:
 
     # --- for callbacks: never block ---
 
-    def hand_over(self, work: Callable[[], None]) -> None:
-        """Has `work` done on the sender's thread."""
+    def enqueue(self, work: Callable[[], None]) -> None:
+        """Has the sender's thread do `work`."""
         try:
-            self._news.put_nowait(work)
+            self._inbox.put_nowait(work)
         except queue.Full:
-            self._resync_wanted = True
+            self._resync_requested = True
 
     # --- on the sender's thread ---
 
@@ -205,71 +207,71 @@ class Sender:
             except Exception:
                 _log.exception("on_rejected failed for the refusal of event %s", problem.seq)
 
-    def planner_came(self) -> None:
+    def planner_appeared(self) -> None:
         """The planner's token is there: ask what it has."""
-        self._resync_wanted = True
+        self._resync_requested = True
 
-    def planner_went(self) -> None:
+    def planner_disappeared(self) -> None:
         """The planner's token is gone: what is sent now would vanish."""
         self._planner_present = False
 
     def _run(self) -> None:
         for entry in self._outbox.take(self._outbox.window):  # What an earlier program has left, all of it.
-            self._link.send(entry)
+            self._transport.send(entry)
         while not self._closing:
-            self._read_news()
+            self._process_inbox()
             if self._broken is None:
                 self._transmit()
-                if self._resync_wanted or self._stalled():
+                if self._resync_requested or self._stalled():
                     self._resynchronise()
 
-    def _read_news(self) -> None:
+    def _process_inbox(self) -> None:
         pause_s = self._pause_s()
         try:
-            for _ in range(NEWS_AT_ONCE):
-                work = self._news.get(timeout=pause_s)
+            for _ in range(INBOX_BATCH):
+                work = self._inbox.get(timeout=pause_s)
                 pause_s = 0.0
                 try:
                     work()
                 except BadReply as error:
                     _log.warning("mission %s: %s", self.mission, error)
-                    self._resync_wanted = True
+                    self._resync_requested = True
         except queue.Empty:
             pass
 
     def _pause_s(self) -> float:
         with self._changed:
-            if self._resync_wanted or (self._planner_present and self._outbox.unsent and not self._broken):
+            if self._resync_requested or (self._planner_present and self._outbox.unsent and not self._broken):
                 return 0.0
-            if self._outbox.settled or self._broken:
+            if self._outbox.empty or self._broken:
                 return STALL_LAST_S
-            return self._patience.left_s(time.monotonic())
+            return self._backoff.remaining_s(time.monotonic())
 
     def _transmit(self) -> None:
         if not self._planner_present:
             return
         with self._changed:
-            entries = self._outbox.take(BATCH)
+            entries = self._outbox.take(SEND_BATCH)
             store = self._store
         if entries and store is not None:
             store.sync()
         for entry in entries:
-            self._link.send(entry)
+            self._transport.send(entry)
 
     def _stalled(self) -> bool:
         with self._changed:
-            return not self._outbox.settled and self._patience.left_s(time.monotonic()) == 0.0
+            return not self._outbox.empty and self._backoff.remaining_s(time.monotonic()) == 0.0
 
     def _resynchronise(self) -> None:
-        self._resync_wanted = False
+        self._resync_requested = False
         try:
-            status = self._link.ingest(STALL_S)
+            status = self._transport.ingest(STALL_S)
         except MissionUnknown as error:
             self._break(MissionLost(f"The planner no longer knows mission {self.mission}: {error}"))
             return
         except PdnError as error:
             _log.info("mission %s: cannot ask the planner which events it has: %s", self.mission, error)
-            self._patience.asked_in_vain(time.monotonic())
+            self._backoff.failed(time.monotonic())
             return
         lost = self._outbox.lost(status.next_seq)
         if lost:
@@ -294,10 +296,10 @@ class Sender:
                     self._progressed()
                     self._trim()
                 else:
-                    self._patience.asked_in_vain(time.monotonic())
+                    self._backoff.failed(time.monotonic())
 
     def _progressed(self) -> None:
-        self._patience.progressed(time.monotonic())
+        self._backoff.succeeded(time.monotonic())
         self._changed.notify_all()
 
     def _break(self, error: PdnError) -> None:
@@ -312,8 +314,8 @@ class Sender:
             self._store.trim(self._outbox.durable_seq)
 
     def _wake(self) -> None:
-        if self._news.empty():
-            self.hand_over(lambda: None)
+        if self._inbox.empty():
+            self.enqueue(lambda: None)
 
     def _raise_pending(self) -> None:
         self._refusals.raise_new()

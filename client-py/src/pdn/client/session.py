@@ -13,7 +13,7 @@ from .certificates import Certificate
 from .diagnosis import DEFAULT_ENDPOINT, why_no_session
 from .errors import ConnectionFailed
 
-PUT_MAY_BLOCK_US = 3_600_000_000
+PUT_TIMEOUT_US = 3_600_000_000
 """How long a publication may wait for a slow link, us. Zenoh's default of 5 s then closes the link and
 loses what was under way; the library has its own bounds for the caller.
 """
@@ -37,16 +37,18 @@ def open_session(
     names one. Mode, endpoint and scouting are set here in any case.
     """
     named = certificate or os.environ.get("PDN_CERTIFICATE")
-    shown = Certificate.beside(named) if named else None
-    config = _configuration(endpoint, timeout_s, config_file, shown)
-    if shown is None:
-        shown = Certificate.of_settings(json.loads(config.get_json("transport/link/tls")))
+    presented = Certificate.beside(named) if named else None
+    config = _configuration(endpoint, timeout_s, config_file, presented)
+    if presented is None:
+        presented = Certificate.of_settings(json.loads(config.get_json("transport/link/tls")))
     elif endpoint.startswith("tls/"):
-        shown.context()  # Files that are no use are told before the network is touched.
+        presented.context()  # Files that are no use are told before the network is touched.
     try:
-        return zenoh.open(config), shown
+        return zenoh.open(config), presented
     except zenoh.ZError as error:
-        raise ConnectionFailed(f"No connection to {endpoint}: {why_no_session(endpoint, shown)}") from error
+        raise ConnectionFailed(
+            f"No connection to {endpoint}: {why_no_session(endpoint, presented)}"
+        ) from error
 
 
 def _configuration(
@@ -73,7 +75,7 @@ def _configuration(
         "scouting/delay": 0,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
-        "transport/link/tx/queue/congestion_control/block/wait_before_close": PUT_MAY_BLOCK_US,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": PUT_TIMEOUT_US,
         # The daemon's own file may have been named: its certificates serve, its rules are not for clients.
         "qos/network": [],
         "access_control": {"enabled": False},

@@ -14,11 +14,11 @@ from pdn import wire
 
 from .errors import ProblemLike
 from .events import Event, Events
-from .link import Link, decode_sample
-from .mission_link import MissionLink, settled_status
+from .mission_transport import MissionTransport, status_without_gaps
 from .outbox import WINDOW, Entry
 from .outbox_file import OutboxFile
 from .sender import Sender
+from .vehicle_session import VehicleSession, decode_sample
 
 OnRejected = Literal["raise", "collect"] | Callable[[ProblemLike], None]
 
@@ -41,7 +41,7 @@ class MissionStream(Events):
 
     def __init__(
         self,
-        link: Link,
+        session: VehicleSession,
         mission: str,
         *,
         on_rejected: OnRejected = "raise",
@@ -56,19 +56,19 @@ class MissionStream(Events):
         self.mission = mission
         self.timeout_s = timeout_s
         self.closed = False
-        self._link = link
-        sender_link = MissionLink(link, mission)
-        store = None if outbox is None else OutboxFile(outbox, link.vehicle, mission)
+        self._session = session
+        transport = MissionTransport(session, mission)
+        store = None if outbox is None else OutboxFile(outbox, session.vehicle, mission)
         try:
             # What an earlier program left on its way is in its file, and so no gap stays.
-            settles = store is None or store.next_seq is None
+            is_new = store is None or store.next_seq is None
             status = (
-                settled_status(sender_link, mission, timeout_s) if settles else sender_link.ingest(timeout_s)
+                status_without_gaps(transport, mission, timeout_s) if is_new else transport.ingest(timeout_s)
             )
-            link.demand_listener(wire.Topic.IN_KEYFRAME)
+            session.require_subscriber(wire.Topic.IN_KEYFRAME)
             sender = Sender(
                 mission,
-                sender_link,
+                transport,
                 status,
                 window=window,
                 on_rejected=on_rejected if callable(on_rejected) else None,
@@ -81,19 +81,8 @@ class MissionStream(Events):
             raise
         self.resumed = 0 if store is None else len(store.entries)
         self._sender = sender
-        self._entities: list[zenoh.Subscriber[None] | zenoh.LivelinessToken] = [
-            link.subscribe(
-                wire.Topic.OUT_ACK, lambda sample: sender.hand_over(lambda: self._acknowledged(sample))
-            ),
-            link.subscribe(
-                wire.Topic.OUT_REJECTED, lambda sample: sender.hand_over(lambda: self._rejected(sample))
-            ),
-            link.watch_planner(
-                lambda present: sender.hand_over(sender.planner_came if present else sender.planner_went),
-                history=False,
-            ),
-        ]
-        sender.begin()  # Now that what comes of it can be heard.
+        self._declarations = self._declare(session)
+        sender.start()  # Now that what comes of it can be heard.
 
     @property
     def next_seq(self) -> int:
@@ -120,8 +109,8 @@ class MissionStream(Events):
         """Stops at once; what is not durable is sent no more. `flush` first, or use `with`."""
         self.closed = True
         self._sender.close()
-        while self._entities:
-            self._entities.pop().undeclare()  # type: ignore[no-untyped-call]
+        while self._declarations:
+            self._declarations.pop().undeclare()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
         return self
@@ -135,6 +124,23 @@ class MissionStream(Events):
         finally:
             self.close()
 
+    def _declare(self, session: VehicleSession) -> list[zenoh.Subscriber[None]]:
+        sender = self._sender
+        return [
+            session.subscribe(
+                wire.Topic.OUT_ACK, lambda sample: sender.enqueue(lambda: self._acknowledged(sample))
+            ),
+            session.subscribe(
+                wire.Topic.OUT_REJECTED, lambda sample: sender.enqueue(lambda: self._rejected(sample))
+            ),
+            session.subscribe_presence(
+                lambda present: sender.enqueue(
+                    sender.planner_appeared if present else sender.planner_disappeared
+                ),
+                history=False,
+            ),
+        ]
+
     def _post(
         self,
         topic: wire.Topic,
@@ -145,10 +151,10 @@ class MissionStream(Events):
 
         def encoded(seq: int) -> Entry:
             event = message(seq, stamp)
-            form = self._link.form
+            form = self._session.form
             return Entry(
                 seq,
-                wire.key(self._link.vehicle, topic),
+                wire.key(self._session.vehicle, topic),
                 wire.encode(event, form),
                 wire.encoding(type(event), form),
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -14,9 +14,9 @@ import zenoh
 from pdn import wire
 
 from .errors import BadReply
-from .link import Link, decode_sample
+from .vehicle_session import VehicleSession, decode_sample
 
-MAX_WAITING = 1024
+QUEUE_CAPACITY = 1024
 """Publications that may wait to be read; beyond, the oldest give way and are counted in `dropped`."""
 
 
@@ -27,12 +27,14 @@ class PlannerPresence:
     present: bool
 
 
-Watched = wire.MissionState | wire.Decision | wire.Problem | PlannerPresence | BadReply
+Published = wire.MissionState | wire.Decision | wire.Problem
+
+Watched = Published | PlannerPresence | BadReply
 """A state, a decision taken, a refused event, the planner's coming and going, or a publication that
 could not be read.
 """
 
-_KINDS: tuple[tuple[wire.Topic, type[wire.MissionState] | type[wire.Decision] | type[wire.Problem]], ...] = (
+_KINDS: tuple[tuple[wire.Topic, type[Published]], ...] = (
     (wire.Topic.OUT_STATE, wire.MissionState),
     (wire.Topic.OUT_DECIDED, wire.Decision),
     (wire.Topic.OUT_REJECTED, wire.Problem),
@@ -42,16 +44,13 @@ _KINDS: tuple[tuple[wire.Topic, type[wire.MissionState] | type[wire.Decision] | 
 class Watch:
     """An iterator over what the planner publishes, from now on; a context manager."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, session: VehicleSession) -> None:
         self.dropped = 0
         self._closed = False
-        self._waiting: queue.Queue[Watched] = queue.Queue(MAX_WAITING)
-        self._subscribers = [
-            link.subscribe(topic, lambda sample, kind=kind: self._take_in(_read(sample, kind)))  # type: ignore[misc]
-            for topic, kind in _KINDS
-        ]
+        self._queue: queue.Queue[Watched] = queue.Queue(QUEUE_CAPACITY)
+        self._subscribers = [session.subscribe(topic, self._receiver_of(kind)) for topic, kind in _KINDS]
         self._subscribers.append(
-            link.watch_planner(lambda present: self._take_in(PlannerPresence(present)), history=True)
+            session.subscribe_presence(lambda present: self._put(PlannerPresence(present)), history=True)
         )
 
     def next(self, timeout_s: float | None = None) -> Watched | None:
@@ -62,7 +61,7 @@ class Watch:
             if left_s <= 0.0:
                 return None
             try:
-                return self._waiting.get(timeout=left_s)
+                return self._queue.get(timeout=left_s)
             except queue.Empty:
                 continue
         return None
@@ -85,23 +84,24 @@ class Watch:
     ) -> None:
         self.close()
 
-    def _take_in(self, item: Watched) -> None:
+    def _receiver_of(self, kind: type[Published]) -> Callable[[zenoh.Sample], None]:
+        return lambda sample: self._put(_read(sample, kind))
+
+    def _put(self, item: Watched) -> None:
         while True:
             try:
-                self._waiting.put_nowait(item)
+                self._queue.put_nowait(item)
             except queue.Full:
                 self.dropped += 1
                 try:
-                    self._waiting.get_nowait()
+                    self._queue.get_nowait()
                 except queue.Empty:
                     continue
             else:
                 return
 
 
-def _read(
-    sample: zenoh.Sample, kind: type[wire.MissionState] | type[wire.Decision] | type[wire.Problem]
-) -> Watched:
+def _read(sample: zenoh.Sample, kind: type[Published]) -> Watched:
     try:
         return decode_sample(sample, kind)
     except BadReply as error:

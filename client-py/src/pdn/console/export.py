@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,7 +56,7 @@ def export(
     """
     if mcap is None and csv is None and g2o is None:
         raise CommandFailed("nothing to write: give --mcap, --csv or --g2o")
-    with Console(stderr=True).status("reading the journal") if not as_json else _Quiet():
+    with Console(stderr=True).status("reading the journal") if not as_json else nullcontext():
         read = read_journal(journal, pdnd)
         told: dict[str, Any] = {"journal": str(journal), "records": len(read.records)}
         if csv is not None:
@@ -79,9 +80,3 @@ def _sentences(told: dict[str, Any]) -> str:
         messages = ", ".join(f"{count} on {topic}" for topic, count in told["mcap"]["messages"].items())
         lines.append(f"MCAP: {told['mcap']['file']}, {messages}")
     return "\n".join(lines)
-
-
-class _Quiet:
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, *_: object) -> None: ...

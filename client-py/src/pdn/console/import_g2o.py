@@ -22,7 +22,7 @@ from rich.progress import (
 from pdn import wire
 from pdn.client import Client, MissionStream, Timeout
 
-from . import words
+from . import formatting
 from .failures import CommandFailed
 from .g2o import G2oError, PoseGraph, Transform, read_g2o
 from .planner import Planner, of_planner
@@ -143,7 +143,7 @@ def _sentences(report: dict[str, Any]) -> str:
         f"chi2 {report['chi2']:.12g} (sum of r' W r at the estimate)",
     ]
     if report["last_covariance"] is not None:
-        metres, degrees = words.sigmas(report["last_covariance"])
+        metres, degrees = formatting.sigmas(report["last_covariance"])
         lines.append(
             f"keyframe {report['last_keyframe']}: sigma {' '.join(f'{value:.6g}' for value in metres)} m, "
             f"{' '.join(f'{value:.6g}' for value in degrees)} deg, in its body frame"

@@ -51,12 +51,12 @@ class Planner:
         ) as client:
             yield client
 
-    def show(self, message: M, in_words: Callable[[M], None]) -> None:
+    def show(self, message: M, print_text: Callable[[M], None]) -> None:
         """Prints an answer: for programs as one line of JSON in the form of the wire, else in words."""
         if self.as_json:
             print(wire.to_json(message))
         else:
-            in_words(message)
+            print_text(message)
 
 
 def of_planner(command: Callable[..., None]) -> Callable[..., None]:

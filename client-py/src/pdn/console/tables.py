@@ -9,7 +9,7 @@ from rich.table import Table
 
 from pdn import wire
 
-from . import words
+from . import formatting
 
 MAX_ROWS = 40
 """Rows of a table; beyond, the middle is left out: programs read `--json`."""
@@ -20,13 +20,13 @@ WIDTH_OF_FILES = 160
 
 def print_state(state: wire.MissionState) -> None:
     """A mission as it stands."""
-    for heading, line in words.summary(state):
+    for heading, line in formatting.summary(state):
         print(f"{heading:<12} {line}")
 
 
 def print_decision(decision: wire.Decision) -> None:
     """A decision with every candidate."""
-    print(words.decision(decision))
+    print(formatting.decision(decision))
     _print(candidates(decision.exploration, decision.candidates, _chosen(decision)))
     if not decision.complete:
         print(
@@ -82,7 +82,7 @@ def print_graph(graph: wire.GraphReply) -> None:
         north, east, depth = keyframe.pose.translation
         spread = ("", "")
         if keyframe.covariance is not None:
-            metres, degrees = words.sigmas(keyframe.covariance)
+            metres, degrees = formatting.sigmas(keyframe.covariance)
             spread = (
                 " ".join(f"{value:.3f}" for value in metres),
                 " ".join(f"{value:.2f}" for value in degrees),

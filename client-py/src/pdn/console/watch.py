@@ -15,10 +15,10 @@ from rich.live import Live
 from pdn import wire
 from pdn.client import MissionUnknown, PlannerPresence, Timeout, Watch, Watched
 
-from . import words
+from . import formatting
+from .dashboard import Dashboard
 from .failures import CommandFailed
 from .planner import Planner, of_planner
-from .screen import Screen
 
 FIRST_LOOK_S = 1.0
 """How long the view waits for the state to begin with; a busy planner publishes the next by itself."""
@@ -50,37 +50,39 @@ def watch(
     On a terminal one screen, elsewhere a line for each change; with --json an object a line:
     {"state"|"decision"|"rejected"|"planner": ...}. Ctrl-C ends the view, not the mission.
     """
-    screen = Screen(planner.vehicle, planner.endpoint)
+    dashboard = Dashboard(planner.vehicle, planner.endpoint)
     with (
         contextlib.suppress(KeyboardInterrupt),
         planner.connected(console=name) as client,
         client.watch() as watched,
     ):
         with contextlib.suppress(MissionUnknown, Timeout):
-            screen.take_in(client.mission(timeout_s=min(planner.timeout, FIRST_LOOK_S)))
+            dashboard.update(client.mission(timeout_s=min(planner.timeout, FIRST_LOOK_S)))
         until_s = float("inf") if seconds is None else time.monotonic() + seconds
         if sys.stdout.isatty() and not planner.as_json:
-            _show_screen(screen, watched, until_s, until_ended)
+            _show_dashboard(dashboard, watched, until_s, until_ended)
         else:
-            _print_lines(screen, watched, until_s, until_ended, planner.as_json)
-    if screen.state is not None and screen.state.phase is wire.Phase.ABORTED:
-        raise CommandFailed(f"mission {screen.state.mission} was aborted: {screen.state.reason}")
+            _print_lines(dashboard, watched, until_s, until_ended, planner.as_json)
+    if dashboard.state is not None and dashboard.state.phase is wire.Phase.ABORTED:
+        raise CommandFailed(f"mission {dashboard.state.mission} was aborted: {dashboard.state.reason}")
 
 
-def _show_screen(screen: Screen, watched: Watch, until_s: float, until_ended: bool) -> None:
-    with Live(screen.render(), console=Console(), auto_refresh=False) as live:
-        while not screen.ended(until_ended) and (left_s := until_s - time.monotonic()) > 0.0:
+def _show_dashboard(dashboard: Dashboard, watched: Watch, until_s: float, until_ended: bool) -> None:
+    with Live(dashboard.render(), console=Console(), auto_refresh=False) as live:
+        while not dashboard.ended(until_ended) and (left_s := until_s - time.monotonic()) > 0.0:
             if (item := watched.next(min(REFRESH_S, left_s))) is not None:
-                screen.take_in(item)
-            live.update(screen.render(), refresh=True)
+                dashboard.update(item)
+            live.update(dashboard.render(), refresh=True)
 
 
-def _print_lines(screen: Screen, watched: Watch, until_s: float, until_ended: bool, as_json: bool) -> None:
-    if screen.state is not None:
-        _print_line(screen.state, as_json)
-    while not screen.ended(until_ended) and (left_s := until_s - time.monotonic()) > 0.0:
+def _print_lines(
+    dashboard: Dashboard, watched: Watch, until_s: float, until_ended: bool, as_json: bool
+) -> None:
+    if dashboard.state is not None:
+        _print_line(dashboard.state, as_json)
+    while not dashboard.ended(until_ended) and (left_s := until_s - time.monotonic()) > 0.0:
         item = watched.next(min(REFRESH_S, left_s))
-        if item is not None and screen.take_in(item):
+        if item is not None and dashboard.update(item):
             _print_line(item, as_json)
 
 
@@ -88,11 +90,11 @@ def _print_line(item: Watched, as_json: bool) -> None:
     clock = time.strftime("%H:%M:%S")
     match item:
         case wire.MissionState():
-            kind, line, plain = "state", words.in_one_line(item), wire.to_plain(item)
+            kind, line, plain = "state", formatting.one_line(item), wire.to_plain(item)
         case wire.Decision():
-            kind, line, plain = "decision", words.decision(item), wire.to_plain(item)
+            kind, line, plain = "decision", formatting.decision(item), wire.to_plain(item)
         case wire.Problem():
-            kind, line, plain = "rejected", words.refusal(item), wire.to_plain(item)
+            kind, line, plain = "rejected", formatting.refusal(item), wire.to_plain(item)
         case PlannerPresence(present=present):
             kind, line, plain = "planner", f"the planner {'is there' if present else 'is gone'}", present
         case _:

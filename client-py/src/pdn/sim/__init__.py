@@ -5,5 +5,5 @@ Arrows inside the package, left knows nothing of right::
     se3 <- surface <- scenario <- survey <- world | vehicle, policies <- flight <- remote <- fleet, commands
 
 ``world`` holds the truth and ``vehicle`` never imports it: they meet in ``flight`` through the protocols of
-``plant`` (what a vehicle can do and measure) and ``planner`` (what it may ask the service).
+``hardware`` (what a vehicle can do and measure) and ``planner`` (what it may ask the service).
 """

@@ -32,67 +32,69 @@ def fly_all(
     flights: list[Flight], scenario: str, endpoint: str, folder: Path, jobs: int, *, visible: bool
 ) -> list[Result]:
     """Fly all, ``jobs`` at a time; leaves a run file for each in the folder. The first failure, or the end of
-    a process without a word, ends the others.
+    a process without a result, ends the others.
 
     A process holds one session with the daemon, so each flight has a fresh one.
     """
     context = multiprocessing.get_context("spawn")
     waiting = list(reversed(flights))
-    flying: dict[Connection, tuple[Flight, SpawnProcess]] = {}
+    running: dict[Connection, tuple[Flight, SpawnProcess]] = {}
     results: dict[Flight, Result] = {}
     with _Bars(flights, visible) as bars:
         try:
-            while waiting or flying:
-                while waiting and len(flying) < jobs:
+            while waiting or running:
+                while waiting and len(running) < jobs:
                     flight = waiting.pop()
-                    heard, says = context.Pipe(duplex=False)
+                    receiver, sender = context.Pipe(duplex=False)
                     file = folder / f"{flight.name}.json"
-                    process = context.Process(target=_fly, args=(flight, scenario, endpoint, file, says))
+                    process = context.Process(
+                        target=_run_process, args=(flight, scenario, endpoint, file, sender)
+                    )
                     process.start()
-                    says.close()  # so that the end of the process is the end of the pipe
-                    flying[heard] = (flight, process)
-                for ready in wait(list(flying)):
-                    heard = cast("Connection", ready)
-                    flight, process = flying[heard]
-                    result = _hear(heard, flight, process, bars)
+                    sender.close()  # so that the end of the process is the end of the pipe
+                    running[receiver] = (flight, process)
+                for ready in wait(list(running)):
+                    receiver = cast("Connection", ready)
+                    flight, process = running[receiver]
+                    result = _receive(receiver, flight, process, bars)
                     if result is not None:
                         results[flight] = result
                         process.join()
-                        del flying[heard]
+                        del running[receiver]
         finally:
-            for _, process in flying.values():
+            for _, process in running.values():
                 process.terminate()
                 process.join()
     return [results[flight] for flight in flights]
 
 
-def _hear(heard: Connection, flight: Flight, process: SpawnProcess, bars: _Bars) -> Result | None:
-    """The next word of a flight: its result, or none while it reports progress."""
+def _receive(receiver: Connection, flight: Flight, process: SpawnProcess, bars: _Bars) -> Result | None:
+    """The next message of a flight: its result, or none while it reports progress."""
     try:
-        word = heard.recv()
+        message = receiver.recv()
     except EOFError:
         process.join()
         raise RuntimeError(f"the flight {flight.name} ended with code {process.exitcode}") from None
-    if isinstance(word, BaseException):
-        raise word
-    if isinstance(word, Result):
-        return word
-    done, total = word
+    if isinstance(message, BaseException):
+        raise message
+    if isinstance(message, Result):
+        return message
+    done, total = message
     bars.show(flight.name, done, total)
     return None
 
 
-def _fly(flight: Flight, scenario: str, endpoint: str, out: Path, says: Connection) -> None:
+def _run_process(flight: Flight, scenario: str, endpoint: str, out: Path, sender: Connection) -> None:
     try:
-        says.send(_flown(flight, scenario, endpoint, out, says))
+        sender.send(_fly_reporting(flight, scenario, endpoint, out, sender))
     except Exception as error:
         try:
-            says.send(error)
+            sender.send(error)
         except Exception:  # an error that cannot cross to another process is told in words
-            says.send(RuntimeError(f"{type(error).__name__}: {error}"))
+            sender.send(RuntimeError(f"{type(error).__name__}: {error}"))
 
 
-def _flown(flight: Flight, scenario: str, endpoint: str, out: Path, says: Connection) -> Result:
+def _fly_reporting(flight: Flight, scenario: str, endpoint: str, out: Path, sender: Connection) -> Result:
     import pdn.client
     from pdn.sim import flight as flying
     from pdn.sim import record, remote
@@ -100,7 +102,7 @@ def _flown(flight: Flight, scenario: str, endpoint: str, out: Path, says: Connec
 
     def progress(done: int, total: int) -> None:
         if done % 20 == 0 or done == total:
-            says.send((done, total))
+            sender.send((done, total))
 
     loaded = load(scenario)
     with (

@@ -25,7 +25,7 @@ Progress = Callable[[int, int], None]
 def mission_config(scenario: Scenario, mission: str, alpha: float) -> Table:
     """The configuration of a mission over this scenario, in the contract's JSON form."""
     survey = Survey(scenario)
-    camera = body_from_camera(scenario, survey.points[0].aim)
+    camera = body_from_camera(scenario, survey.points[0].viewpoint)
     config = dict(scenario.config)
     config["camera"] = {
         **config["camera"],
@@ -48,31 +48,31 @@ def fly(
     """Fly one mission that is configured and running, to the end of the survey."""
     began = time.monotonic()
     survey = Survey(scenario)
-    first = survey.points[0].aim
+    first = survey.points[0].viewpoint
     world = World(scenario, start_pose(first.position, first.heading_rad), seed)
-    score = _Score(scenario, world)
-    vehicle = Vehicle(scenario, world, planner, score.taken)
+    scorer = _Scorer(scenario, world)
+    vehicle = Vehicle(scenario, world, planner, scorer.add)
     policy = policy_of(policy_name, scenario, survey, planner)
     for index, point in enumerate(survey.points):
         if index == 0:
-            vehicle.begin(point.aim)
+            vehicle.begin(point.viewpoint)
         else:
-            vehicle.go_to(point.aim)
+            vehicle.go_to(point.viewpoint)
         detour = policy.detour(index, vehicle.fix)
         if detour is not None:
-            with score.detour(detour.waypoint):
-                for aim in detour.aims:
-                    vehicle.go_to(aim)
+            with scorer.detour(detour.waypoint):
+                for viewpoint in detour.viewpoints:
+                    vehicle.go_to(viewpoint)
         if progress is not None:
             progress(index + 1, len(survey.points))
     estimates = planner.estimates()
-    course = score.course
+    course = scorer.course
     result = Result(
         scenario=scenario.name,
         policy=policy_name,
         alpha=alpha,
         seed=seed,
-        revisits=len(score.detours),
+        revisits=len(scorer.detours),
         path_m=world.path_m[-1],
         max_uncertainty=max(course.uncertainty),
         final_uncertainty=course.uncertainty[-1],
@@ -87,7 +87,7 @@ def fly(
     return Run(
         result,
         course,
-        score.detours,
+        scorer.detours,
         sheet_of(scenario, survey),
         places(scenario, estimates),
         places(scenario, world.poses),
@@ -95,7 +95,7 @@ def fly(
     )
 
 
-class _Score:
+class _Scorer:
     """Compares each fix with the truth when it comes."""
 
     def __init__(self, scenario: Scenario, world: World) -> None:
@@ -105,7 +105,7 @@ class _Score:
         self.course = Course()
         self.detours: list[Table] = []
 
-    def taken(self, fix: Fix) -> None:
+    def add(self, fix: Fix) -> None:
         world, course, number = self._world, self.course, fix.keyframe
         truth = world.poses[number]
         self._raster.add(world.cameras[number])

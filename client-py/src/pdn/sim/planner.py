@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
+from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
 from pdn.sim.se3 import Array, Pose
 
 
@@ -26,7 +26,7 @@ class Fix:
 
 
 @dataclass(frozen=True)
-class Advice:
+class Decision:
     """A decision."""
 
     revisit: int | None
@@ -69,7 +69,7 @@ class Planner(Protocol):
         """Estimates of all keyframes, by number."""
         ...
 
-    def decide(self) -> Advice:
+    def decide(self) -> Decision:
         """Explore or revisit."""
         ...
 

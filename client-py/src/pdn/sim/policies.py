@@ -8,10 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from pdn.sim.planner import Advice, Fix, Planner
+from pdn.sim.planner import Decision, Fix, Planner
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, wrap_rad
-from pdn.sim.survey import Aim, Survey
+from pdn.sim.survey import Survey, Viewpoint
 
 POLICIES = ("open-loop", "exhaustive", "pdn")
 
@@ -20,7 +20,7 @@ POLICIES = ("open-loop", "exhaustive", "pdn")
 class Detour:
     """A round trip off the survey."""
 
-    aims: list[Aim]
+    viewpoints: list[Viewpoint]
     """Where to take keyframes, out and back; empty to stay on the survey."""
     waypoint: int | None
     """The keyframe revisited, where the planner chose one."""
@@ -94,14 +94,14 @@ class PerceptionDriven:
         number = self._points[index].number_on_line
         if not number or number % self._every != 0 or index + 1 == len(self._points):
             return None
-        advice: Advice = self._planner.decide()
+        decision: Decision = self._planner.decide()
         self.decisions += 1
-        if advice.revisit is None:
+        if decision.revisit is None:
             return None
-        return Detour(aims_along(fix.pose, advice.route, self._spacing), advice.revisit)
+        return Detour(viewpoints_along(fix.pose, decision.route, self._spacing), decision.revisit)
 
 
-def aims_along(start: Pose, route: tuple[Pose, ...], spacing_m: float) -> list[Aim]:
+def viewpoints_along(start: Pose, route: tuple[Pose, ...], spacing_m: float) -> list[Viewpoint]:
     """Places of equal distance, at most ``spacing_m``, along a polyline of poses; the last is the route's
     end.
 
@@ -118,6 +118,6 @@ def aims_along(start: Pose, route: tuple[Pose, ...], spacing_m: float) -> list[A
     columns = [np.interp(wanted, gone, places[:, axis]) for axis in range(3)]
     turned = np.interp(wanted, gone, np.array(unrolled))
     return [
-        Aim(np.array([x, y, z]), wrap_rad(float(h)), spacing_m)
+        Viewpoint(np.array([x, y, z]), wrap_rad(float(h)), spacing_m)
         for x, y, z, h in zip(*columns, turned, strict=True)
     ]

@@ -9,7 +9,7 @@ from pdn.sim.flight import Progress
 
 
 @contextmanager
-def shown(title: str, *, visible: bool) -> Iterator[Progress | None]:
+def progress_bar(title: str, *, visible: bool) -> Iterator[Progress | None]:
     """A progress bar over the survey's keyframes; none where standard error is no terminal or it is not
     wanted."""
     from rich.console import Console

@@ -117,6 +117,6 @@ def sheet_of(scenario: Scenario, survey: Survey) -> dict[str, Any]:
 def places(scenario: Scenario, poses: Sequence[Pose]) -> list[list[float]]:
     """World position and place on the sheet of each pose, to a millimetre."""
     points = np.array([pose.translation for pose in poses])
-    foot = scenario.surface.nearest(points)
-    rows: list[list[float]] = np.round(np.concatenate([points, foot.unwrapped], axis=1), 3).tolist()
+    projection = scenario.surface.nearest(points)
+    rows: list[list[float]] = np.round(np.concatenate([points, projection.unwrapped], axis=1), 3).tolist()
     return rows

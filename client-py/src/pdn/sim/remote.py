@@ -19,8 +19,8 @@ from pdn.client import (
     Timeout,
 )
 from pdn.sim.flight import mission_config
-from pdn.sim.planner import Advice, Fix
-from pdn.sim.plant import Attitude, Depth, Image, Odometry, Registration
+from pdn.sim.hardware import Attitude, Depth, Image, Odometry, Registration
+from pdn.sim.planner import Decision, Fix
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Pose, quaternion_of
 
@@ -36,21 +36,21 @@ def mission(client: Client, scenario: Scenario, name: str, alpha: float) -> Iter
     """Configure and start a mission, hand out its planner, and complete it; an error on the way aborts it."""
     client.configure(mission_config(scenario, name, alpha))
     client.start("the survey begins")
-    with _flown(client, name) as planner:
+    with _streaming(client, name) as planner:
         yield planner
 
 
 @contextmanager
-def operators_mission(client: Client, patience_s: float) -> Iterator[RemotePlanner]:
+def operators_mission(client: Client, timeout_s: float) -> Iterator[RemotePlanner]:
     """Wait for a mission that an operator has configured and started, and take it as ``mission`` does; a
     vehicle that may not command leaves completing it to the operator.
     """
-    end = time.monotonic() + patience_s
+    end = time.monotonic() + timeout_s
     while (name := _running(client)) is None:
         if time.monotonic() > end:
-            raise Timeout(f"no operator has started a mission of this vehicle within {patience_s:g} s")
+            raise Timeout(f"no operator has started a mission of this vehicle within {timeout_s:g} s")
         time.sleep(POLL_S)
-    with _flown(client, name, commands=False) as planner:
+    with _streaming(client, name, commands=False) as planner:
         yield planner
 
 
@@ -63,7 +63,7 @@ def _running(client: Client) -> str | None:
 
 
 @contextmanager
-def _flown(client: Client, name: str, *, commands: bool = True) -> Iterator[RemotePlanner]:
+def _streaming(client: Client, name: str, *, commands: bool = True) -> Iterator[RemotePlanner]:
     stream = client.mission_stream(name, on_rejected="collect")
     try:
         yield RemotePlanner(client, stream)
@@ -147,16 +147,16 @@ class RemotePlanner:
         graph = self._client.graph(after=self._seq, mission=self._stream.mission)
         return [from_wire(keyframe.pose) for keyframe in graph.keyframes]
 
-    def decide(self) -> Advice:
+    def decide(self) -> Decision:
         """See ``Planner``. While the mission is paused or held the vehicle stays where it is."""
         decision = self._decision()
         action = decision.action
         exploring = decision.exploration.uncertainty
         if not isinstance(action, wire.Action.Revisit):
-            return Advice(None, (), exploring, len(decision.candidates))
+            return Decision(None, (), exploring, len(decision.candidates))
         chosen = next(c for c in decision.candidates if c.candidate == action.candidate)
         route = tuple(from_wire(pose) for pose in chosen.poses or ())
-        return Advice(action.keyframe, route, exploring, len(decision.candidates))
+        return Decision(action.keyframe, route, exploring, len(decision.candidates))
 
     def _decision(self) -> wire.Decision:
         while True:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pdn.sim.plant import Attitude, Depth, Odometry, Registration
+from pdn.sim.hardware import Attitude, Depth, Odometry, Registration
 from pdn.sim.scenario import Noise
 from pdn.sim.se3 import Array, Pose, exp, exp_rotation, tangent_basis
 
@@ -57,6 +57,6 @@ def measure_registration(true: Pose, noise: Noise, rng: np.random.Generator) -> 
     return Registration(measured / np.linalg.norm(measured), rotation, np.diag(sigma**2))
 
 
-def told_pose(true: Pose, noise: Noise, rng: np.random.Generator) -> Pose:
+def measure_start(true: Pose, noise: Noise, rng: np.random.Generator) -> Pose:
     """Where the vehicle is told that it starts: ``Z = X Exp(n)``, n drawn from the first keyframe's prior."""
     return true @ exp(noise.first_keyframe * rng.standard_normal(6))

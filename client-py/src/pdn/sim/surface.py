@@ -53,7 +53,7 @@ class Facet:
 
 
 @dataclass(frozen=True)
-class Foot:
+class Projection:
     """The points of the surface nearest to some world points, one row each."""
 
     point: Array
@@ -65,8 +65,8 @@ class Foot:
 
 
 @dataclass(frozen=True)
-class View:
-    """What rays from one eye meet, one row each."""
+class RayHits:
+    """What rays from one origin meet, one row each."""
 
     point: Array
     """n x 3, m, world: where the ray meets the plane of the facet."""
@@ -104,7 +104,7 @@ class Surface:
         """Sum over the facets."""
         return sum(f.area_m2 for f in self.facets)
 
-    def nearest(self, points: Array) -> Foot:
+    def nearest(self, points: Array) -> Projection:
         """The nearest point of the surface for each world point (n x 3); ties to the first facet."""
         local = np.einsum("fij,nfj->nfi", self._axes, points[:, None, :] - self._origin[None])
         inside = np.clip(local[:, :, :2], 0.0, self._lengths[None])
@@ -116,12 +116,12 @@ class Surface:
         axes = self._axes[best]
         world = self._origin[best] + chosen[:, :1] * axes[:, 0] + chosen[:, 1:] * axes[:, 1]
         sheet = self._sheet_origin[best] + chosen * self._sheet_scale[best]
-        return Foot(world, sheet, np.sqrt(across[rows, best]))
+        return Projection(world, sheet, np.sqrt(across[rows, best]))
 
-    def look(self, eye: Array, rays: Array) -> View:
-        """What rays (n x 3, unit) from ``eye`` meet, each the facet that it misses least, then the nearest
+    def cast(self, origin: Array, rays: Array) -> RayHits:
+        """What rays (n x 3, unit) from ``origin`` meet, each the facet that it misses least, then the nearest
         one."""
-        local = np.einsum("fij,fj->fi", self._axes, eye[None] - self._origin)
+        local = np.einsum("fij,fj->fi", self._axes, origin[None] - self._origin)
         slope = np.einsum("fij,nj->nfi", self._axes, rays)
         height, rate = local[None, :, 2], slope[:, :, 2]
         facing = (height > 0.0) & (rate < -1e-9)
@@ -134,4 +134,4 @@ class Surface:
         best = np.argmin(np.where(least & facing, reach, np.inf), axis=1)
         rows = np.arange(len(rays))
         sheet = self._sheet_origin[best] + inside[rows, best] * self._sheet_scale[best]
-        return View(eye[None] + reach[rows, best, None] * rays, sheet, miss[rows, best])
+        return RayHits(origin[None] + reach[rows, best, None] * rays, sheet, miss[rows, best])

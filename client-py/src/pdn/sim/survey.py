@@ -15,7 +15,7 @@ from pdn.sim.surface import Facet
 
 
 @dataclass(frozen=True)
-class Aim:
+class Viewpoint:
     """A place where a keyframe is to be taken, in the world as the vehicle believes it to be."""
 
     position: Array
@@ -29,7 +29,7 @@ class Aim:
 class SurveyPoint:
     """A keyframe of the nominal survey."""
 
-    aim: Aim
+    viewpoint: Viewpoint
     line: int
     """Trackline, from 0; on the way between two lines that of the line left."""
     number_on_line: int | None
@@ -66,7 +66,7 @@ class Survey:
                 over = self._across(self.lines_v_m[line + 1], v, stride, far_end=line % 2 == 0)
                 self._extend(over, line, stride, on_line=False)
 
-    def to_first_line(self, line: int) -> list[Aim]:
+    def to_first_line(self, line: int) -> list[Viewpoint]:
         """From the end of a trackline straight to the first trackline and back, a keyframe each spacing."""
         stride = self._plan.keyframe_spacing_m
         out = self._across(self.lines_v_m[0], self.lines_v_m[line], stride, far_end=line % 2 == 0)
@@ -75,26 +75,26 @@ class Survey:
 
     def _extend(self, vertices: list[_Vertex], line: int, stride: float, *, on_line: bool) -> None:
         if self.points:
-            last = self.points[-1].aim
+            last = self.points[-1].viewpoint
             vertices = [_Vertex(last.position, last.heading_rad), *vertices]
         for vertex in vertices:
             if not self.vertices or float(np.linalg.norm(vertex.position - self.vertices[-1])) > 1e-9:
                 self.vertices.append(vertex.position)
         samples = list(self._sampled(vertices, stride))
-        for number, aim in enumerate(samples):
+        for number, viewpoint in enumerate(samples):
             # The beginning of a later line has been reached by the turn.
             if number > 0 or not self.points:
                 ends = on_line and number == len(samples) - 1
-                self.points.append(SurveyPoint(aim, line, number if on_line else None, ends))
+                self.points.append(SurveyPoint(viewpoint, line, number if on_line else None, ends))
 
-    def _sampled(self, vertices: list[_Vertex], stride: float) -> Iterable[Aim]:
+    def _sampled(self, vertices: list[_Vertex], stride: float) -> Iterable[Viewpoint]:
         """Places no farther apart than the stride, each vertex among them."""
         along = self._plan.heading == "along"
         previous = vertices[0]
         first_heading = (
             _direction(vertices[0], vertices[1], previous.heading_rad) if along else previous.heading_rad
         )
-        yield Aim(previous.position, first_heading, stride)
+        yield Viewpoint(previous.position, first_heading, stride)
         for vertex in vertices[1:]:
             step = vertex.position - previous.position
             length = float(np.linalg.norm(step))
@@ -109,7 +109,7 @@ class Survey:
                     if along
                     else wrap_rad(previous.heading_rad + share * turn)
                 )
-                yield Aim(previous.position + share * step, heading, stride)
+                yield Viewpoint(previous.position + share * step, heading, stride)
             previous = vertex
 
     def _line(self, v: float) -> list[_Vertex]:

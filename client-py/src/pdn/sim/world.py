@@ -13,7 +13,7 @@ from enum import IntEnum
 import numpy as np
 
 from pdn.sim import sensors
-from pdn.sim.plant import Image, Odometry, Reading, Registration
+from pdn.sim.hardware import Image, Odometry, Reading, Registration
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, level
 
@@ -30,7 +30,7 @@ class _Stream(IntEnum):
 
 
 class World:
-    """A ``Plant`` with the truth beside it, for whoever scores the flight."""
+    """A ``Hardware`` with the truth beside it, for whoever scores the flight."""
 
     def __init__(self, scenario: Scenario, start: Pose, seed: int) -> None:
         self._scenario = scenario
@@ -51,12 +51,12 @@ class World:
         """Those of them that succeeded."""
 
     def begin(self, body_from_camera: Pose) -> tuple[Pose, Reading]:
-        """See ``Plant``."""
-        told = sensors.told_pose(self._pose, self._scenario.noise, self._stream(_Stream.START))
-        return told, self._take(None, body_from_camera, 0.0)
+        """See ``Hardware``."""
+        start = sensors.measure_start(self._pose, self._scenario.noise, self._stream(_Stream.START))
+        return start, self._take(None, body_from_camera, 0.0)
 
     def move(self, displacement_in_body: Array, turn_rad: float, body_from_camera: Pose) -> Reading:
-        """See ``Plant``. The thrusters do what they are told; what is not known is where that led."""
+        """See ``Hardware``. The thrusters do what they are told; what is not known is where that led."""
         before = self._pose
         after = Pose(
             level(before.heading_rad() + turn_rad),
@@ -69,7 +69,7 @@ class World:
         return self._take(odometry, body_from_camera, distance)
 
     def register(self, older: int, newer: int) -> Registration | None:
-        """See ``Plant``.
+        """See ``Hardware``.
 
         The images match with the probability of their saliencies, provided that the true baseline is not
         degenerate and that the newer image shows at least ``min_overlap`` of what the older one shows.
@@ -129,21 +129,21 @@ class World:
 
     def _see(self, camera: Pose) -> Image:
         """Scores of the place in the middle of the image; of open water, nothing."""
-        view = self._scenario.surface.look(camera.translation, camera.rotation[:, 2][None])
+        hits = self._scenario.surface.cast(camera.translation, camera.rotation[:, 2][None])
         # Half an image is still surface when its middle lies just outside.
-        if float(view.miss_m[0]) > 0.5 * self._scenario.survey.standoff_m:
+        if float(hits.miss_m[0]) > 0.5 * self._scenario.survey.standoff_m:
             return Image(0.0, 0.0)
-        local, global_ = self._scenario.saliency_at(float(view.unwrapped[0, 0]), float(view.unwrapped[0, 1]))
+        local, global_ = self._scenario.saliency_at(float(hits.unwrapped[0, 0]), float(hits.unwrapped[0, 1]))
         return Image(local, global_)
 
     def _footprint(self, number: int) -> Array:
         if number not in self._footprints:
             camera = self.cameras[number]
             rays = self._rays @ camera.rotation.T
-            view = self._scenario.surface.look(camera.translation, rays)
-            reach = np.linalg.norm(view.point - camera.translation, axis=1)
-            kept = (view.miss_m <= 0.0) & (reach * self._rays[:, 2] <= self._scenario.optics.max_range_m)
-            self._footprints[number] = view.point[kept]
+            hits = self._scenario.surface.cast(camera.translation, rays)
+            reach = np.linalg.norm(hits.point - camera.translation, axis=1)
+            kept = (hits.miss_m <= 0.0) & (reach * self._rays[:, 2] <= self._scenario.optics.max_range_m)
+            self._footprints[number] = hits.point[kept]
         return self._footprints[number]
 
     def _stream(self, purpose: _Stream, *numbers: int) -> np.random.Generator:

@@ -1,5 +1,5 @@
-//! All that the types tell of themselves: layouts by `serde-reflection`; docs, defaults and required fields by
-//! `schemars`.
+//! All that the types tell of themselves: layouts by `serde-reflection`; docs, defaults and required fields
+//! by `schemars`.
 
 use crate::files::root;
 use pdn_schemas::codec::{Message, MessageVisitor, visit_messages};
@@ -195,9 +195,9 @@ impl Contract {
             return Ok(());
         }
         Err(format!(
-            "the layouts have changed since the newest of {HISTORY}: what is in the field must stay readable. Keep golden \
-             vectors of what has changed in the folder of the generation before, make a new one by \
-             `cargo run --release -p pdn-schemas -- release`, and name {path} in schemas/src/history.rs"
+            "the layouts have changed since the newest of {HISTORY}: what is in the field must stay \
+             readable. Keep golden vectors of what has changed in the folder of the generation before, make a new one \
+             by `cargo run --release -p pdn-schemas -- release`, and name {path} in schemas/src/history.rs"
         ))
     }
 }

@@ -40,15 +40,17 @@ fn keys() -> String {
         let (payload, reply) = (linked(topic.payload()), linked(topic.reply()));
         let _ = writeln!(text, "| `{suffix}` | {role} | {payload} | {reply} | {} |", topic.doc());
     }
-    text += "\n## Parameters\n\nOf every question and command, separated by `;` as in `after=12;deadline_ms=500`:\n\n";
+    text += "\n## Parameters\n\nOf every question and command, separated by `;` as in \
+             `after=12;deadline_ms=500`:\n\n";
     parameters(&mut text, COMMON_PARAMETERS);
     for topic in Topic::ALL.iter().filter(|topic| !topic.parameters().is_empty()) {
         let _ = write!(text, "\nOf `{}` besides:\n\n", topic.suffix());
         parameters(&mut text, topic.parameters());
     }
-    text += "\n## Encodings\n\nJSON is `application/json`. bincode (little-endian, fixed-width integers, 64-bit lengths, \
-             32-bit variant tags) is `application/octet-stream` with the schema of the table; the part from `#` on, the \
-             hash of the message's layout, may be left out, but a wrong one is refused.\n\n| message | schema |\n|---|---|\n";
+    text += "\n## Encodings\n\nJSON is `application/json`. bincode (little-endian, fixed-width integers, \
+             64-bit lengths, 32-bit variant tags) is `application/octet-stream` with the schema of the \
+             table; the part from `#` on, the hash of the message's layout, may be left out, but a wrong one \
+             is refused.\n\n| message | schema |\n|---|---|\n";
     for name in message_names() {
         let hash = layout_hashes()[name];
         let _ = writeln!(text, "| {name} | `{ROOT}.{VERSION}.{name}+bincode#{hash:016x}` |");
@@ -68,8 +70,8 @@ fn parameters(text: &mut String, parameters: &[Parameter]) {
 
 fn errors() -> String {
     let mut text = head("Codes of refusals");
-    text += "An error reply, and what is published on `out/rejected`, is a [Problem](messages.md#problem) with one of \
-             these codes. The codes are stable; the message beside them is for people.\n\n\
+    text += "An error reply, and what is published on `out/rejected`, is a [Problem](messages.md#problem) \
+             with one of these codes. The codes are stable; the message beside them is for people.\n\n\
              | code | what it means | what to do |\n|---|---|---|\n";
     for code in Code::ALL {
         let _ = writeln!(text, "| `{code}` | {} | {} |", code.meaning(), code.remedy());
@@ -79,12 +81,13 @@ fn errors() -> String {
 
 fn messages(contract: &Contract) -> String {
     let mut text = head("Messages");
-    text += "Frames: the world is north-east-down in metres; a pose is `world_from_body`; a tangent vector is \
-             `[rho (m); phi (rad)]`, perturbing on the right in the body frame; covariances are full matrices row by row in \
-             that order. A type `T?` may be null, `T*` is a list, `[T;n]` a list of exactly n. A field with a default may be \
-             left out of JSON and TOML; a field of no message's table is refused.\n\nEnums are externally tagged: \
-             `{\"odometry\": {...}}`, or just the name if the variant has no content. In bincode the fields follow each other \
-             in the order of the tables, and a variant is its number.\n";
+    text += "Frames: the world is north-east-down in metres; a pose is `world_from_body`; a tangent vector \
+             is `[rho (m); phi (rad)]`, perturbing on the right in the body frame; covariances are full \
+             matrices row by row in that order. A type `T?` may be null, `T*` is a list, `[T;n]` a list of \
+             exactly n. A field with a default may be left out of JSON and TOML; a field of no message's \
+             table is refused.\n\nEnums are externally tagged: `{\"odometry\": {...}}`, or just the name if \
+             the variant has no content. In bincode the fields follow each other in the order of the tables, \
+             and a variant is its number.\n";
     let messages = message_names();
     let parts = contract.names_in_order().into_iter().filter(|name| !messages.contains(name));
     text += "\n## What travels by itself\n";

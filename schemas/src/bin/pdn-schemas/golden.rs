@@ -29,7 +29,8 @@ impl Vectors<'_> {
     }
 }
 
-/// Doubles that are easily lost: signed zero, the least subnormal, the greatest, and neighbours of round numbers.
+/// Doubles that are easily lost: signed zero, the least subnormal, the greatest, and neighbours of round
+/// numbers.
 const EDGES: [f64; 8] =
     [-0.0, 5e-324, f64::MAX, f64::MIN, f64::MIN_POSITIVE, 0.1 + 0.2, 1.0 - f64::EPSILON / 2.0, 1e308];
 

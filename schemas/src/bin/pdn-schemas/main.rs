@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! pdn-schemas generate           write schemas/generated, schemas/*.md and the Python modules
-//! pdn-schemas generate --check   write nothing; fail if a file would change or the layouts are no generation's
+//! pdn-schemas generate --check   write nothing; fail if a file would change or the layouts have changed
 //! pdn-schemas release            keep the present layouts as a generation of schemas/history
 //! ```
 

@@ -16,7 +16,8 @@ pub enum KernelError {
 
     /// Two mirrored entries of a covariance differ.
     #[error(
-        "covariance: entries ({row}, {column}) and ({column}, {row}) differ by {difference_ratio:e} of the product of their standard deviations"
+        "covariance: entries ({row}, {column}) and ({column}, {row}) differ by {difference_ratio:e} of the \
+         product of their standard deviations"
     )]
     NotSymmetric {
         /// Row of the first such entry, greater than `column`.
@@ -29,7 +30,8 @@ pub enum KernelError {
 
     /// A covariance gives some combination of its components no variance, or a negative one.
     #[error(
-        "covariance: given the components before it, component {index} (variance {variance:e}) is left with variance {pivot:e}; it must be positive"
+        "covariance: given the components before it, component {index} (variance {variance:e}) is \
+         left with variance {pivot:e}; it must be positive"
     )]
     CovarianceNotPositiveDefinite {
         /// Row of the Cholesky factor at which it stopped.
@@ -90,7 +92,8 @@ pub enum KernelError {
 
     /// The graph leaves some motion of a keyframe undetermined.
     #[error(
-        "the information of keyframe {node}, given what was eliminated before it, has pivot {pivot:e}; it must be positive"
+        "the information of keyframe {node}, given what was eliminated before it, has pivot {pivot:e}; \
+         it must be positive"
     )]
     NotPositiveDefinite {
         /// The keyframe at which the factorisation stopped.
@@ -101,7 +104,8 @@ pub enum KernelError {
 
     /// A virtual node of a path is left without information in some direction.
     #[error(
-        "the information of virtual node {node}, given what was eliminated before it, has pivot {pivot:e}; it must be positive"
+        "the information of virtual node {node}, given what was eliminated before it, has pivot {pivot:e}; \
+         it must be positive"
     )]
     VirtualNotPositiveDefinite {
         /// The virtual node, 1 to n.
@@ -121,8 +125,8 @@ pub enum KernelError {
 
     /// The places of a virtual path do not fit together.
     #[error(
-        "a path needs the robot's place and one more, and odometry to each but the first: {places} places, odometry is \
-         wrong at place {}", .wrong_step.map_or("(none)".to_string(), |place| place.to_string())
+        "a path needs the robot's place and one more, and odometry to each but the first: {places} places, \
+         odometry is wrong at place {}", .wrong_step.map_or("(none)".to_string(), |place| place.to_string())
     )]
     PathShape {
         /// Number of places, the robot's included.

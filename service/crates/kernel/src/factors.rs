@@ -26,13 +26,15 @@ use crate::{KernelError, Loss, Node, se3::Pose};
 
 /// One measurement of one or two poses: what was measured, how sure it is, how it counts when it disagrees.
 ///
-/// The constructors check everything that can be checked without the poses; [`Factor::validate_geometry`] the rest.
+/// The constructors check everything that can be checked without the poses; [`Factor::validate_geometry`] the
+/// rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Factor {
     nodes: (Node, Option<Node>),
     kind: FactorKind,
     measurement: Measurement,
-    /// W with W^T W = Sigma^-1 in the first rows and columns, zero beyond and in the rows that are not observed.
+    /// W with W^T W = Sigma^-1 in the first rows and columns, zero beyond and in the rows that are not
+    /// observed.
     whitening: Matrix6<f64>,
     loss: Loss,
 }
@@ -56,8 +58,9 @@ pub enum FactorKind {
     Position,
 }
 
-/// A factor at given poses: whitened and scaled by sqrt(w) of its loss, so that its contribution to the information is
-/// J^T J and to the gradient J^T r. Rows beyond the dimension are zero; so is the second Jacobian of a unary factor.
+/// A factor at given poses: whitened and scaled by sqrt(w) of its loss, so that its contribution to the
+/// information is J^T J and to the gradient J^T r. Rows beyond the dimension are zero; so is the second
+/// Jacobian of a unary factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearized {
     /// sqrt(w) W r.
@@ -76,8 +79,8 @@ enum Measurement {
     Position(position::PositionMeasurement),
 }
 
-/// An accepted camera factor may see its baseline shrink as the estimate moves. Below this share of the least accepted
-/// baseline its direction would outweigh everything else, and the factor refuses to be linearised.
+/// An accepted camera factor may see its baseline shrink as the estimate moves. Below this share of the least
+/// accepted baseline its direction would outweigh everything else, and the factor refuses to be linearised.
 const COLLAPSED_SHARE: f64 = 0.1;
 
 impl FactorKind {
@@ -132,15 +135,9 @@ impl Factor {
         (0..6).filter(|&row| self.whitening[(row, row)] != 0.0).count()
     }
 
-    /// Whether it determines all six degrees of freedom of a pose (prior), or of one pose given the other (odometry,
-    /// relative).
-    pub fn ties_fully(&self) -> bool {
-        matches!(self.measurement, Measurement::Prior(_) | Measurement::Relative(_))
-    }
-
-    /// Where the measurement alone puts the other keyframe, `pose` being that of `known`: X_i Z for the second, X_j Z^-1
-    /// for the first. A prior puts its own keyframe, whatever `pose` is. `None` for kinds that do not tie fully and for
-    /// a keyframe that is not one of its own.
+    /// Where the measurement alone puts the other keyframe, `pose` being that of `known`: X_i Z for the
+    /// second, X_j Z^-1 for the first. A prior puts its own keyframe, whatever `pose` is. `None` for kinds
+    /// that do not determine all six degrees of freedom and for a keyframe that is not one of its own.
     pub fn pose_of_other(&self, known: Node, pose: &Pose) -> Option<Pose> {
         match (&self.measurement, self.nodes) {
             (Measurement::Prior(prior), _) => Some(prior.world_from_body),
@@ -152,20 +149,21 @@ impl Factor {
         }
     }
 
-    /// Whether the factor may be accepted with its keyframes at these poses: `DegenerateBaseline` for a camera factor
-    /// whose cameras are nearer to each other than its `min_baseline_m`, since its direction would then tell nothing.
+    /// Whether the factor may be accepted with its keyframes at these poses: `DegenerateBaseline` for a
+    /// camera factor whose cameras are nearer to each other than its `min_baseline_m`, since its direction
+    /// would then tell nothing.
     ///
-    /// To be asked once, when the factor arrives. Later the estimate may bring an accepted pair a little nearer without
-    /// harm; [`Factor::linearize`] refuses only below a tenth of it.
+    /// To be asked once, when the factor arrives. Later the estimate may bring an accepted pair a little
+    /// nearer without harm; [`Factor::linearize`] refuses only below a tenth of it.
     pub fn validate_geometry(&self, first: &Pose, second: Option<&Pose>) -> Result<(), KernelError> {
         self.validate_baseline(first, self.second_pose(second)?, 1.0)
     }
 
-    /// Residual and Jacobians at these poses, whitened and scaled by sqrt(w). `second` is not looked at for a unary
-    /// factor.
+    /// Residual and Jacobians at these poses, whitened and scaled by sqrt(w). `second` is not looked at for a
+    /// unary factor.
     ///
-    /// Errors: `MissingPose`; `DegenerateBaseline` for cameras that have come nearer than a tenth of `min_baseline_m`;
-    /// `NotFinite` when a pose or the result is not finite.
+    /// Errors: `MissingPose`; `DegenerateBaseline` for cameras that have come nearer than a tenth of
+    /// `min_baseline_m`; `NotFinite` when a pose or the result is not finite.
     pub fn linearize(&self, first: &Pose, second: Option<&Pose>) -> Result<Linearized, KernelError> {
         let second = self.second_pose(second)?;
         let whitened = self.whitened_residual(first, second)?;
@@ -224,7 +222,8 @@ impl Factor {
         Ok(())
     }
 
-    /// The second pose of a binary factor; for a unary one any pose does, and `first` is not at hand: identity.
+    /// The second pose of a binary factor; for a unary one any pose does, and `first` is not at hand:
+    /// identity.
     fn second_pose<'a>(&self, second: Option<&'a Pose>) -> Result<&'a Pose, KernelError> {
         const UNUSED: &Pose = &Pose {
             rotation: nalgebra::Unit::new_unchecked(nalgebra::Quaternion::new(1.0, 0.0, 0.0, 0.0)),

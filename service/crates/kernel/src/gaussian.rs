@@ -4,15 +4,16 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::KernelError;
 
-/// Mirrored entries may differ by this share of the product of their standard deviations: room for the rounding of
-/// whoever computed the covariance, none for a mistake.
+/// Mirrored entries may differ by this share of the product of their standard deviations: room for the
+/// rounding of whoever computed the covariance, none for a mistake.
 pub const SYMMETRY_TOLERANCE: f64 = 1e-9;
 
 /// The lower Cholesky factor L of a covariance Sigma = L L^T, D from 1 to 6.
 ///
-/// Entries must be finite (`NotFinite`), mirrored ones equal within [`SYMMETRY_TOLERANCE`] (`NotSymmetric`; their mean
-/// is used) and every pivot positive (`CovarianceNotPositiveDefinite` says which and how far). A pivot within
-/// (D + 1) roundings of the variance it is left from is no evidence of a positive one and is refused too.
+/// Entries must be finite (`NotFinite`), mirrored ones equal within [`SYMMETRY_TOLERANCE`] (`NotSymmetric`;
+/// their mean is used) and every pivot positive (`CovarianceNotPositiveDefinite` says which and how far). A
+/// pivot within (D + 1) roundings of the variance it is left from is no evidence of a positive one and is
+/// refused too.
 pub fn cholesky<const D: usize>(covariance: &SMatrix<f64, D, D>) -> Result<SMatrix<f64, D, D>, KernelError> {
     validate_shape(covariance)?;
     let mut lower = SMatrix::<f64, D, D>::zeros();
@@ -39,8 +40,8 @@ pub fn cholesky<const D: usize>(covariance: &SMatrix<f64, D, D>) -> Result<SMatr
     Ok(lower)
 }
 
-/// W = L^-1 with Sigma = L L^T, so that W^T W = Sigma^-1: a residual r of covariance Sigma becomes the whitened W r of
-/// covariance I. Lower triangular; refusals as of [`cholesky`].
+/// W = L^-1 with Sigma = L L^T, so that W^T W = Sigma^-1: a residual r of covariance Sigma becomes the
+/// whitened W r of covariance I. Lower triangular; refusals as of [`cholesky`].
 ///
 /// ```
 /// use nalgebra::{Matrix2, Vector2};
@@ -130,8 +131,8 @@ mod tests {
     use crate::testing::covariances;
 
     proptest! {
-        // Cholesky does not depend on the scale of the components, so what is left is the condition of the scaled
-        // covariance, below 1e3, times some 10 eps.
+        // Cholesky does not depend on the scale of the components, so what is left is the condition of the
+        // scaled covariance, below 1e3, times some 10 eps.
         #[test]
         fn whitening_makes_covariances_unit(sigma in covariances::<6>()) {
             let whitening = square_root_information(&sigma).unwrap();
@@ -147,7 +148,8 @@ mod tests {
             prop_assert!((log_determinant(&sigma).unwrap() - by_elimination).abs() < 1e-11);
         }
 
-        // Taking more from one variance than the others leave it makes any covariance none; the pivot says how much.
+        // Taking more from one variance than the others leave it makes any covariance none; the pivot says
+        // how much.
         #[test]
         fn an_indefinite_matrix_is_refused_at_its_pivot(sigma in covariances::<5>(), index in 0..5usize) {
             let lower = cholesky(&sigma).unwrap();

@@ -1,6 +1,8 @@
-//! What a measurement that has not been made yet will tell: its expected information, J^T Sigma^-1 J at zero residual.
+//! What a measurement that has not been made yet will tell: its expected information, J^T Sigma^-1 J at zero
+//! residual.
 //!
-//! The planner adds these blocks for the keyframes of a path that the vehicle has not travelled (`[PDN12, eq. 1, 3, 4]`).
+//! The planner adds these blocks for the keyframes of a path that the vehicle has not travelled (`[PDN12, eq.
+//! 1, 3, 4]`).
 
 use nalgebra::{Matrix3, Matrix5, Matrix6, Vector3};
 
@@ -32,15 +34,11 @@ impl PairInformation {
     pub fn exchanged(&self) -> Self {
         Self { first: self.second, cross: self.cross.transpose(), second: self.first }
     }
-
-    /// The information times `weight`, such as the probability that the measurement succeeds.
-    pub fn scaled(&self, weight: f64) -> Self {
-        Self { first: self.first * weight, cross: self.cross * weight, second: self.second * weight }
-    }
 }
 
-/// Expected information of a camera registration between two poses; rows and columns of `square_root_information`:
-/// two direction components, three of rotation, as in [`crate::factors`]. `first` is m, `second` is i.
+/// Expected information of a camera registration between two poses; rows and columns of
+/// `square_root_information`: two direction components, three of rotation, as in [`crate::factors`]. `first`
+/// is m, `second` is i.
 ///
 /// Errors: `DegenerateBaseline` when the cameras coincide (within a micrometre).
 pub fn camera(
@@ -68,8 +66,8 @@ pub fn camera(
     Ok(PairInformation::from_jacobians(&(whitening * first), &(whitening * second)))
 }
 
-/// Expected information of odometry from one pose to the next: J_second = I, J_first = -Ad((X_from^-1 X_to)^-1)
-/// (`[PDN12, eq. 1]`).
+/// Expected information of odometry from one pose to the next: J_second = I, J_first = -Ad((X_from^-1
+/// X_to)^-1) (`[PDN12, eq. 1]`).
 pub fn odometry(
     world_from_body_from: &Pose,
     world_from_body_to: &Pose,
@@ -81,8 +79,8 @@ pub fn odometry(
     PairInformation::from_jacobians(&(square_root_information * first), &(square_root_information * second))
 }
 
-/// Expected information of an attitude sensor: R^T diag(tilt^-2, tilt^-2, heading^-2) R on phi, since the errors stand
-/// in world axes. Sigmas in radians; `None`: the heading is not observed, its row is left out.
+/// Expected information of an attitude sensor: R^T diag(tilt^-2, tilt^-2, heading^-2) R on phi, since the
+/// errors stand in world axes. Sigmas in radians; `None`: the heading is not observed, its row is left out.
 ///
 /// ```
 /// use nalgebra::Matrix3;

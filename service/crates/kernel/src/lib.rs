@@ -1,8 +1,8 @@
-//! The pure mathematics of navigation by a pose graph: rigid-body motions, Gaussian measurements of them, and the
-//! elimination of a sparse system of them.
+//! The pure mathematics of navigation by a pose graph: rigid-body motions, Gaussian measurements of them, and
+//! the elimination of a sparse system of them.
 //!
-//! Nothing here reads a file, a network or a clock, starts a thread or draws a random number: equal input gives equal
-//! bits.
+//! Nothing here reads a file, a network or a clock, starts a thread or draws a random number: equal input
+//! gives equal bits.
 //!
 //! # Conventions
 //!
@@ -12,9 +12,10 @@
 //!
 //! # Modules, in reading order
 //!
-//! [`so3`] and [`se3`] are the groups; [`gaussian`] checks covariances and whitens; [`loss`] weighs outliers down;
-//! [`factors`] are the kinds of measurement with their Jacobians; [`information`] is what a measurement yet to be
-//! made will tell; [`elimination`] solves the sparse system of them; [`smoother`] keeps the estimate as factors come.
+//! [`so3`] and [`se3`] are the groups; [`gaussian`] checks covariances and whitens; [`loss`] weighs outliers
+//! down; [`factors`] are the kinds of measurement with their Jacobians; [`information`] is what a measurement
+//! yet to be made will tell; [`elimination`] solves the sparse system of them; [`smoother`] keeps the
+//! estimate as factors come.
 
 mod error;
 pub mod so3;

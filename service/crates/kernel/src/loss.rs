@@ -1,7 +1,8 @@
 //! Robust losses: how much a factor counts when the estimate disagrees with it.
 //!
-//! A factor's information is multiplied by w(r), with r the norm of its whitened residual at the linearisation point
-//! (iteratively re-weighted least squares: w is held constant while a Gauss-Newton step is solved).
+//! A factor's information is multiplied by w(r), with r the norm of its whitened residual at the
+//! linearisation point (iteratively re-weighted least squares: w is held constant while a Gauss-Newton step
+//! is solved).
 
 use crate::KernelError;
 
@@ -60,8 +61,8 @@ mod tests {
 
     proptest! {
         // The weight is rho'(r) / r of the known losses: Huber's force w r is r up to c and then c; Cauchy's
-        // force is the derivative of (c^2 / 2) ln(1 + r^2 / c^2). Tolerance: a few roundings, and for the second the
-        // error h^2 / 6 of a central difference with h = 1e-4 r.
+        // force is the derivative of (c^2 / 2) ln(1 + r^2 / c^2). Tolerance: a few roundings, and for the
+        // second the error h^2 / 6 of a central difference with h = 1e-4 r.
         #[test]
         fn weight_is_the_slope_of_the_loss(r in 0.01..100.0f64, c in 0.1..10.0f64) {
             let huber_force = Loss::Huber(c).weight(r * r) * r;

@@ -1,8 +1,8 @@
 //! Rigid-body motions: exponential, logarithm, adjoint and Jacobians of SE(3).
 //!
-//! Tangent vectors are xi = [rho (3, m); phi (3, rad)], translation first. The Jacobians are closed forms built on one
-//! observation: the block that couples translation with rotation is the directional derivative, along rho, of the
-//! corresponding Jacobian of SO(3) at phi.
+//! Tangent vectors are xi = [rho (3, m); phi (3, rad)], translation first. The Jacobians are closed forms
+//! built on one observation: the block that couples translation with rotation is the directional derivative,
+//! along rho, of the corresponding Jacobian of SO(3) at phi.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, Vector3, Vector6};
 
@@ -11,8 +11,8 @@ use crate::{so3, so3_coefficients as coefficients};
 /// A pose or a relative pose, such as `world_from_body`.
 pub type Pose = Isometry3<f64>;
 
-/// The motion reached after unit time with the constant body velocity [rho; phi]: translation J_l(phi) rho, rotation
-/// Exp(phi).
+/// The motion reached after unit time with the constant body velocity [rho; phi]: translation J_l(phi) rho,
+/// rotation Exp(phi).
 ///
 /// ```
 /// use nalgebra::{Vector3, Vector6};
@@ -48,10 +48,11 @@ pub fn adjoint(pose: &Pose) -> Matrix6<f64> {
     blocks(&rotation, &(so3::hat(&pose.translation.vector) * rotation), &rotation)
 }
 
-/// J_l with Exp(xi + d) = Exp(J_l(xi) d) Exp(xi) to first order in d: [[J, D], [0, J]], J the left Jacobian of SO(3) at
-/// phi and D its derivative along rho,
+/// J_l with Exp(xi + d) = Exp(J_l(xi) d) Exp(xi) to first order in d: [[J, D], [0, J]], J the left Jacobian
+/// of SO(3) at phi and D its derivative along rho,
 /// D = b hat(rho) + c (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) (b' hat(phi) + c' hat(phi)^2),
-/// b = (1 - cos theta) / theta^2, c = (theta - sin theta) / theta^3, and ' the derivative by theta over theta.
+/// b = (1 - cos theta) / theta^2, c = (theta - sin theta) / theta^3,
+/// and ' the derivative by theta over theta.
 pub fn left_jacobian(xi: &Vector6<f64>) -> Matrix6<f64> {
     let (rho, phi) = parts(xi);
     let s = phi.norm_squared();
@@ -65,9 +66,9 @@ pub fn left_jacobian(xi: &Vector6<f64>) -> Matrix6<f64> {
     blocks(&jacobian, &derivative, &jacobian)
 }
 
-/// The inverse of [`left_jacobian`]: [[K, E], [0, K]], K the inverse left Jacobian of SO(3) at phi and E its derivative
-/// along rho, E = -hat(rho) / 2 + e (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) e' hat(phi)^2,
-/// e = (1 - x cot x) / theta^2, x = theta / 2. Regular for theta < 2 pi.
+/// The inverse of [`left_jacobian`]: [[K, E], [0, K]], K the inverse left Jacobian of SO(3) at phi and E its
+/// derivative along rho, E = -hat(rho) / 2 + e (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) e'
+/// hat(phi)^2, e = (1 - x cot x) / theta^2, x = theta / 2. Regular for theta < 2 pi.
 pub fn left_jacobian_inverse(xi: &Vector6<f64>) -> Matrix6<f64> {
     let (rho, phi) = parts(xi);
     let second = coefficients::second_of_inverse(phi.norm_squared());

@@ -9,7 +9,8 @@ pub fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
-/// The rotation by the angle |phi| about the axis phi / |phi|: q = [cos(theta / 2), sin(theta / 2) phi / theta].
+/// The rotation by the angle |phi| about the axis phi / |phi|: q = [cos(theta / 2), sin(theta / 2) phi /
+/// theta].
 ///
 /// ```
 /// use nalgebra::Vector3;
@@ -31,8 +32,9 @@ pub fn exp(phi: &Vector3<f64>) -> UnitQuaternion<f64> {
 
 /// The rotation vector of a rotation, of length at most pi; the inverse of [`exp`] for angles below pi.
 ///
-/// theta = 2 atan2(|v|, |w|) of the quaternion [w, v], which keeps its full relative precision near 0 and near pi.
-/// Of the two vectors of a half turn it returns the one whose first component that is not zero is positive.
+/// theta = 2 atan2(|v|, |w|) of the quaternion [w, v], which keeps its full relative precision near 0 and
+/// near pi. Of the two vectors of a half turn it returns the one whose first component that is not zero is
+/// positive.
 pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let w = rotation.w;
     let v = rotation.imag();
@@ -49,15 +51,17 @@ pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
 
 /// J_l with Exp(phi + d) = Exp(J_l(phi) d) Exp(phi) to first order in d.
 ///
-/// J_l = I + (1 - cos theta) / theta^2 hat(phi) + (theta - sin theta) / theta^3 hat(phi)^2, by series near zero.
+/// J_l = I + (1 - cos theta) / theta^2 hat(phi) + (theta - sin theta) / theta^3 hat(phi)^2, by series near
+/// zero.
 pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
     let s = phi.norm_squared();
     let hat = hat(phi);
     Matrix3::identity() + hat * coefficients::first(s).value + hat * hat * coefficients::second(s).value
 }
 
-/// The inverse of [`left_jacobian`]: I - hat(phi) / 2 + (1 - x cot x) / theta^2 hat(phi)^2, x = theta / 2; regular for
-/// theta < 2 pi, so at every result of [`log`]. Log(Exp(d) Exp(phi)) = phi + J_l^-1(phi) d to first order in d.
+/// The inverse of [`left_jacobian`]: I - hat(phi) / 2 + (1 - x cot x) / theta^2 hat(phi)^2, x = theta / 2;
+/// regular for theta < 2 pi, so at every result of [`log`]. Log(Exp(d) Exp(phi)) = phi + J_l^-1(phi) d to
+/// first order in d.
 pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     let hat = hat(phi);
     Matrix3::identity() - hat * 0.5 + hat * hat * coefficients::second_of_inverse(phi.norm_squared()).value
@@ -82,8 +86,8 @@ mod tests {
     use super::*;
     use crate::testing::{agree, rotation_vectors};
 
-    /// Sum of hat(phi)^k / (k + offset)!, the definition of Exp (offset 0) and of J_l (offset 1). For angles up to pi
-    /// the terms stay below 6 and the last of 40 below 1e-27.
+    /// Sum of hat(phi)^k / (k + offset)!, the definition of Exp (offset 0) and of J_l (offset 1). For angles
+    /// up to pi the terms stay below 6 and the last of 40 below 1e-27.
     fn power_series(phi: &Vector3<f64>, offset: u32) -> Matrix3<f64> {
         let mut term = Matrix3::identity();
         let mut sum = term;
@@ -105,8 +109,8 @@ mod tests {
             prop_assert_eq!(agree(&right_jacobian(&phi), &right, 1e-14), Ok(()));
         }
 
-        // Half the angle is rounded once and its cosine near pi inherits 2e-16 absolute: some eps of the angle. The
-        // tolerance is relative to |phi| even for |phi| = 1e-18.
+        // Half the angle is rounded once and its cosine near pi inherits 2e-16 absolute: some eps of the
+        // angle. The tolerance is relative to |phi| even for |phi| = 1e-18.
         #[test]
         fn log_undoes_exp_to_the_last_digits(phi in rotation_vectors()) {
             let back = log(&exp(&phi));

@@ -1,14 +1,16 @@
 //! The scalar functions of the angle that the closed forms of SO(3) and SE(3) share, each with its slope.
 //!
-//! With s = theta^2 the left Jacobian of SO(3) is I + b(s) hat(phi) + c(s) hat(phi)^2 and its inverse
-//! I - hat(phi) / 2 + e(s) hat(phi)^2. All are smooth in s; their closed forms cancel near zero, where their power
-//! series are summed instead.
+//! With s = theta^2 the left Jacobian of SO(3) is I + b(s) hat(phi) + c(s) hat(phi)^2 and its inverse I -
+//! hat(phi) / 2 + e(s) hat(phi)^2. All are smooth in s; their closed forms cancel near zero, where their
+//! power series are summed instead.
 
-/// Below this theta^2 the series are used. Cancellation costs the closed forms a relative 1 / theta^4 roundings in the
-/// slopes, which enter with a factor theta^3; at theta = 1/2 that is a few roundings of the result.
+/// Below this theta^2 the series are used. Cancellation costs the closed forms a relative 1 / theta^4
+/// roundings in the slopes, which enter with a factor theta^3; at theta = 1/2 that is a few roundings of the
+/// result.
 const SERIES_BELOW: f64 = 0.25;
 
-/// A function of s = theta^2 and twice its derivative by s, which is its derivative by theta divided by theta.
+/// A function of s = theta^2 and twice its derivative by s, which is its derivative by theta divided by
+/// theta.
 #[derive(Clone, Copy)]
 pub(crate) struct Coefficient {
     pub value: f64,

@@ -47,7 +47,8 @@ pub(crate) fn poses() -> impl Strategy<Value = Pose> {
     prop_oneof![3 => tangents().prop_map(|xi| se3::exp(&xi)), 1 => south]
 }
 
-/// Covariances L D L^T with sigmas from 1e-3 to 10 and correlations that leave a condition below 1e3 after scaling.
+/// Covariances L D L^T with sigmas from 1e-3 to 10 and correlations that leave a condition below 1e3 after
+/// scaling.
 pub(crate) fn covariances<const D: usize>() -> impl Strategy<Value = SMatrix<f64, D, D>> {
     (prop::collection::vec(-0.5..0.5f64, D * D), prop::collection::vec(-3.0..1.0f64, D)).prop_map(
         |(entries, exponents)| {
@@ -88,8 +89,8 @@ pub(crate) fn numerical_jacobian(function: impl Fn(&Vector6<f64>) -> Vector6<f64
     jacobian
 }
 
-/// Whether two matrices agree within `tolerance` times the greatest entry of the first, or 1 if that is smaller; else
-/// says where they do not.
+/// Whether two matrices agree within `tolerance` times the greatest entry of the first, or 1 if that is
+/// smaller; else says where they do not.
 pub(crate) fn agree<const R: usize, const C: usize>(
     analytic: &SMatrix<f64, R, C>,
     other: &SMatrix<f64, R, C>,

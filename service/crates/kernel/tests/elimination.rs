@@ -6,13 +6,16 @@ use std::sync::Arc;
 
 use nalgebra::Matrix6;
 use pdn_kernel::elimination::{
-    BlockSystem, Candidates, Elimination, LinkWeight, VirtualPath, VirtualPlace, Workspace,
+    BlockSystem, Elimination, PathEvaluator, VirtualLink, VirtualPath, VirtualPlace, Workspace,
 };
 use pdn_kernel::{KernelError, Node};
 use support::*;
 
 /// Both answers lose about condition number times 1e-16; these systems have conditions up to 1e5.
 const TOLERANCE: f64 = 1e-9;
+
+/// By what the information of a link is scaled.
+type Weight<'a> = &'a dyn Fn(&VirtualLink) -> f64;
 
 const SIZES: [usize; 8] = [2, 3, 7, 20, 49, 60, 130, 200];
 
@@ -87,39 +90,28 @@ fn expected_covariances_equal_the_dense_inverse() {
             let path = random_path(elimination.len(), places, links, random);
             let count = path.nodes() as usize;
             let robot = elimination.marginal(path.robot).expect(&what);
-            let mut candidates = Candidates::new(&elimination, &mut workspace);
-            let together = candidates.covariances(&path, &robot).expect(&what);
-            for weight in [LinkWeight::Expected, LinkWeight::All, LinkWeight::None] {
-                let what = format!("{what}, {places} places, {links} links, {weight:?}");
-                let covariance = inverse(dense_with_path(elimination.system(), &path, weight));
-                let found =
-                    elimination.expected_covariance(&path, weight, true, &mut workspace).expect(&what);
-                let terminal = elimination
-                    .expected_covariance(&path, weight, false, &mut workspace)
-                    .expect(&what)
-                    .terminal;
-                assert_eq!(terminal, found.terminal, "{what}");
-                let last = elimination.len() + count - 1;
-                let difference = scaled_difference(&terminal, &block(&covariance, last, last));
-                assert!(difference <= TOLERANCE, "{what}: {difference:e}");
-                let of_all = match weight {
-                    LinkWeight::Expected => &together.terminal,
-                    LinkWeight::All => &together.terminal_all_links,
-                    LinkWeight::None => &together.terminal_no_links,
-                };
-                let difference = scaled_difference(of_all, &block(&covariance, last, last));
-                assert!(difference <= TOLERANCE, "{what}, all at once: {difference:e}");
-                if weight == LinkWeight::Expected {
-                    for (one, other) in together.along.iter().zip(&found.along) {
-                        assert!(scaled_difference(one, other) <= TOLERANCE, "{what}, all at once");
-                    }
-                }
-                assert_eq!(found.along.len(), count);
-                for (index, found) in found.along.iter().enumerate() {
-                    let at = elimination.len() + index;
-                    let difference = scaled_difference(found, &block(&covariance, at, at));
-                    assert!(difference <= TOLERANCE, "{what}, virtual node {}: {difference:e}", index + 1);
-                }
+            let what = format!("{what}, {places} places, {links} links");
+            let mut evaluator = PathEvaluator::new(&elimination, &mut workspace);
+            let found = evaluator.covariances(&path, &robot).expect(&what);
+            let terminal = PathEvaluator::new(&elimination, &mut workspace).terminal(&path).expect(&what);
+            assert_eq!(terminal, found.terminal, "{what}");
+            let expected = |weight: Weight| inverse(dense_with_path(elimination.system(), &path, weight));
+            let last = elimination.len() + count - 1;
+            let weights: [(&str, Weight, &Matrix6<f64>); 3] = [
+                ("by probability", &|link| link.probability, &found.terminal),
+                ("all", &|_| 1.0, &found.terminal_all_links),
+                ("none", &|_| 0.0, &found.terminal_no_links),
+            ];
+            for (name, weight, terminal) in weights {
+                let difference = scaled_difference(terminal, &block(&expected(weight), last, last));
+                assert!(difference <= TOLERANCE, "{what}, {name}: {difference:e}");
+            }
+            let covariance = expected(&|link| link.probability);
+            assert_eq!(found.along.len(), count);
+            for (index, found) in found.along.iter().enumerate() {
+                let at = elimination.len() + index;
+                let difference = scaled_difference(found, &block(&covariance, at, at));
+                assert!(difference <= TOLERANCE, "{what}, virtual node {}: {difference:e}", index + 1);
             }
         }
     });
@@ -149,13 +141,13 @@ fn common_beginnings_are_eliminated_once_and_change_no_bit() {
             paths.push(branch(last, shared.min(last.last_place()), elsewhere, is_same));
         }
         paths.push(paths.last().expect("not empty").clone());
-        let mut candidates = Candidates::new(&elimination, &mut in_turn);
+        let mut evaluator = PathEvaluator::new(&elimination, &mut in_turn);
         for (index, path) in paths.iter().enumerate() {
-            let mut fresh = Candidates::new(&elimination, &mut alone);
+            let mut fresh = PathEvaluator::new(&elimination, &mut alone);
             let expected = fresh.covariances(path, &robot).expect("anchored");
-            let found = candidates.covariances(path, &robot).expect("anchored");
+            let found = evaluator.covariances(path, &robot).expect("anchored");
             assert_eq!(found, expected, "shape {kind}, path {index}");
-            assert_eq!(candidates.terminal(path).expect("anchored"), expected.terminal);
+            assert_eq!(evaluator.terminal(path).expect("anchored"), expected.terminal);
         }
     }
     // Three eliminations a path against two: 1.5 if nothing were shared.
@@ -168,11 +160,15 @@ fn an_elimination_is_the_same_after_a_candidate() {
     let elimination = Elimination::of(random_system(2, 100, &mut random)).expect("anchored");
     let before = elimination.marginals();
     let path = random_path(100, 20, 10, &mut random);
+    let robot = elimination.marginal(path.robot).expect("anchored");
     let mut workspace = Workspace::default();
-    let first = elimination.expected_covariance(&path, LinkWeight::Expected, true, &mut workspace);
+    PathEvaluator::new(&elimination, &mut workspace)
+        .terminal(&random_path(100, 9, 20, &mut random))
+        .expect("anchored");
+    let first = PathEvaluator::new(&elimination, &mut workspace).covariances(&path, &robot);
     assert_eq!(elimination.marginals(), before);
     // A used workspace gives the same bits as a new one.
-    let again = elimination.expected_covariance(&path, LinkWeight::Expected, true, &mut Workspace::default());
+    let again = PathEvaluator::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
     assert_eq!(first, again);
 }
 
@@ -211,10 +207,10 @@ fn a_node_without_information_is_named() {
 fn negative_information_of_a_path_is_an_error_with_its_node() {
     let mut random = Random::new(4);
     let elimination = Elimination::of(random_system(2, 30, &mut random)).expect("anchored");
-    for (links, weight) in [(0, LinkWeight::Expected), (30, LinkWeight::All)] {
+    for links in [0, 30] {
         let mut path = random_path(30, 6, links, &mut random);
         Arc::make_mut(&mut path.places[2]).unary = -1e3 * random.positive();
-        let found = elimination.expected_covariance(&path, weight, false, &mut Workspace::default());
+        let found = PathEvaluator::new(&elimination, &mut Workspace::default()).terminal(&path);
         match found.expect_err("its information is negative") {
             KernelError::VirtualNotPositiveDefinite { pivot, .. } => assert!(pivot < 0.0, "{pivot:e}"),
             other => panic!("{other}"),
@@ -229,7 +225,7 @@ fn bad_paths_are_refused() {
     let path = random_path(5, 3, 2, &mut random);
     let mut workspace = Workspace::default();
     let mut refused =
-        |path| elimination.expected_covariance(&path, LinkWeight::All, false, &mut workspace).is_err();
+        |path: VirtualPath| PathEvaluator::new(&elimination, &mut workspace).terminal(&path).is_err();
     assert!(!refused(path.clone()));
     let mut short = path.clone();
     short.places.truncate(1);
@@ -262,9 +258,11 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
         assert!(scaled_difference(&marginals[nodes - 1], &last) < TOLERANCE);
         assert_eq!(elimination.solve().len(), nodes);
         let path = random_path(nodes, 20, 10, &mut random);
-        let found = elimination.expected_covariance(&path, LinkWeight::All, true, &mut Workspace::default());
+        let robot = elimination.marginal(path.robot).expect("anchored");
+        let found = PathEvaluator::new(&elimination, &mut Workspace::default()).covariances(&path, &robot);
         assert_eq!(found.expect("anchored").along.len(), 40);
-        // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves' own paths.
+        // Nested dissection keeps a chain's tree flat: about log2(100,000 / leaf) separators, and the leaves'
+        // own paths.
         assert!(elimination.statistics().height < 150, "{:?}", elimination.statistics());
     };
     std::thread::Builder::new()

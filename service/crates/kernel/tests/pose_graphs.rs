@@ -4,52 +4,40 @@
 mod g2o;
 mod support;
 
-use std::io::Write;
 use std::path::PathBuf;
 
+use libtest_mimic::{Arguments, Completion, Trial};
 use nalgebra::Matrix6;
 use pdn_kernel::Node;
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use support::scaled_difference;
 
-#[test]
-fn tiny_grid() {
-    reaches_the_published_optimum("tinyGrid3D", SmootherSettings::default());
+/// The harness of the standard library cannot skip while it runs; this one lists what misses its data as
+/// ignored.
+fn main() {
+    let default = SmootherSettings::default();
+    // Its measurements are so coarse (0.3 m, 0.1 rad) that every keyframe moves the whole sphere by more than
+    // the default.
+    let coarse = SmootherSettings { relinearize_above: 0.1, ..default };
+    let others = ["tinyGrid3D", "smallGrid3D", "parking-garage"].map(|name| (name, default));
+    let graphs = others.into_iter().chain([("sphere2500", coarse)]);
+    let trials = graphs.map(|(name, settings)| {
+        Trial::ignorable_test(name, move || Ok(reaches_the_published_optimum(name, settings)))
+    });
+    libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit();
 }
 
-#[test]
-fn small_grid() {
-    reaches_the_published_optimum("smallGrid3D", SmootherSettings::default());
-}
-
-#[test]
-fn parking_garage() {
-    reaches_the_published_optimum("parking-garage", SmootherSettings::default());
-}
-
-#[test]
-fn sphere() {
-    // Its measurements are so coarse (0.3 m, 0.1 rad) that every keyframe moves the whole sphere by more than the default.
-    reaches_the_published_optimum(
-        "sphere2500",
-        SmootherSettings { relinearize_above: 0.1, ..SmootherSettings::default() },
-    );
-}
-
-fn reaches_the_published_optimum(name: &str, settings: SmootherSettings) {
+fn reaches_the_published_optimum(name: &str, settings: SmootherSettings) -> Completion {
     let folder = folder();
     let (graph, expected) =
         (folder.join(format!("{name}.g2o")), folder.join(format!("expected/{name}.json")));
     let (Ok(graph), Ok(expected)) = (std::fs::read_to_string(&graph), std::fs::read_to_string(&expected))
     else {
-        // Past the test's capture: a test that has tried nothing must not pass in silence.
-        let _ = writeln!(
-            std::io::stderr(),
-            "skipped {name}: needs {} and {}; PDN_SHARED names the folder above data/",
+        return Completion::ignored_with(format!(
+            "needs {} and {}; PDN_SHARED names the folder above data/",
             graph.display(),
             expected.display()
-        );
-        return;
+        ));
     };
     let edges = g2o::parse_edges(&graph);
     let smoother = stream(&edges, settings);
@@ -59,7 +47,6 @@ fn reaches_the_published_optimum(name: &str, settings: SmootherSettings) {
     let own = prior.chi2(&smoother.estimate(Node(0)), None).expect("the estimate is finite");
     let optimum = numbers_after(&expected, &["\"optimal\"", "\"se3log\"", "\"chi2\""], 1)[0];
     let relative = (chi2 - own - optimum).abs() / optimum;
-    println!("{name}: chi2 {} (prior {own:e}), expected {optimum}: {relative:e}", chi2 - own);
     assert!(relative < 1e-6, "{name}: {relative:e}");
 
     let published = numbers_after(&expected, &["\"optimal\"", "\"se3log\"", "\"cov_last_prior_1e-3\""], 36);
@@ -69,8 +56,8 @@ fn reaches_the_published_optimum(name: &str, settings: SmootherSettings) {
     let last = Node(smoother.len() as u32 - 1);
     let found = smoother.marginal(last).expect("the graph is anchored");
     let difference = scaled_difference(&found, &wanted);
-    println!("{name}: covariance of the last pose differs by {difference:e}");
     assert!(difference < 1e-6, "{name}: {difference:e}");
+    Completion::Completed
 }
 
 /// Adds the keyframes in the order of their ids and lets the smoother advance after each.

@@ -143,8 +143,8 @@ fn each_step_of_a_stream_equals_the_batch_at_its_linearisation_points() {
                 assert!(difference < 1e-9, "seed {seed}, keyframe {index}, node {node}: {difference:e}");
             }
 
-            // The estimate: steps are exact but for what back-substitution leaves out, a hundredth of the tolerance
-            // times the lever arms of this small graph.
+            // The estimate: steps are exact but for what back-substitution leaves out, a hundredth of the
+            // tolerance times the lever arms of this small graph.
             let steps = covariance * right;
             for node in 0..=index {
                 let step = Vector6::from_column_slice(steps.rows(6 * node, 6).into_owned().as_slice());
@@ -250,38 +250,38 @@ fn a_copy_goes_its_own_way_and_the_same_way_gives_the_same_bits() {
 }
 
 #[test]
-fn what_is_kept_of_a_smoother_goes_on_bit_for_bit() {
+fn a_restored_smoother_goes_on_bit_for_bit() {
     for (seed, relinearize_above) in (40..46).zip([1e-7, 1e-4, 5e-3, 2e-2, 2e-2, 1e-1]) {
         let settings = SmootherSettings { relinearize_above, max_iterations: 2 };
         let mut stream = Stream::new(seed, true);
-        let mut kept: Option<Smoother> = None;
+        let mut restored: Option<Smoother> = None;
         let mut smoother = Smoother::new(settings);
         for index in 0..KEYFRAMES {
             let known = smoother.factors().count();
             stream.add(&mut smoother, index);
             assert_eq!(smoother.state(), None, "factors wait");
             let new: Vec<Factor> = smoother.factors().skip(known).cloned().collect();
-            if let Some(kept) = &mut kept {
-                kept.add_keyframe(*smoother.linearization(Node(index as u32)));
-                new.into_iter().for_each(|factor| kept.add_factor(factor).expect("its nodes exist"));
-                assert_eq!(kept.advance().expect("anchored"), smoother.advance().expect("anchored"));
+            if let Some(restored) = &mut restored {
+                restored.add_keyframe(*smoother.linearization(Node(index as u32)));
+                new.into_iter().for_each(|factor| restored.add_factor(factor).expect("its nodes exist"));
+                assert_eq!(restored.advance().expect("anchored"), smoother.advance().expect("anchored"));
             } else {
                 smoother.advance().expect("anchored");
             }
             if index % 7 == 6 {
                 smoother.relinearize(1e-6).expect("anchored");
-                if let Some(kept) = &mut kept {
-                    kept.relinearize(1e-6).expect("anchored");
+                if let Some(restored) = &mut restored {
+                    restored.relinearize(1e-6).expect("anchored");
                 }
             }
-            if let Some(kept) = &kept {
-                assert_eq!(kept.state(), smoother.state(), "seed {seed}, keyframe {index}");
-                assert_eq!(kept.elimination().marginals(), smoother.elimination().marginals());
+            if let Some(restored) = &restored {
+                assert_eq!(restored.state(), smoother.state(), "seed {seed}, keyframe {index}");
+                assert_eq!(restored.elimination().marginals(), smoother.elimination().marginals());
             }
             if index % 11 == 10 {
                 let state = smoother.state().expect("nothing waits");
                 let factors = smoother.factors().cloned();
-                kept = Some(Smoother::restore(settings, state, factors).expect("its own state"));
+                restored = Some(Smoother::restore(settings, state, factors).expect("its own state"));
             }
         }
     }
@@ -311,13 +311,13 @@ fn a_keyframe_that_nothing_ties_is_named() {
         stream.add(&mut smoother, index);
         smoother.advance().expect("anchored");
     }
-    let kept = smoother.clone();
+    let copy = smoother.clone();
     let lonely = smoother.add_keyframe(Pose::identity());
     match smoother.advance().expect_err("the keyframe has no factor") {
         KernelError::NotPositiveDefinite { node, .. } => assert_eq!(node, lonely),
         other => panic!("{other}"),
     }
-    let mut smoother = kept.clone();
+    let mut smoother = copy.clone();
     let lonely = smoother.add_keyframe(Pose::identity());
     smoother.add_factor(Factor::depth(lonely, 1.0, 1e-4).expect("valid")).expect("it exists");
     match smoother.advance().expect_err("depth alone leaves five degrees of freedom") {
@@ -325,7 +325,7 @@ fn a_keyframe_that_nothing_ties_is_named() {
         other => panic!("{other}"),
     }
     // The copy made before goes on.
-    let mut smoother = kept;
+    let mut smoother = copy;
     stream.add(&mut smoother, 20);
     assert!(smoother.advance().expect("anchored").converged);
 }
@@ -355,7 +355,8 @@ fn a_bound_on_iterations_is_reported_and_the_next_advance_goes_on() {
     assert!(report.converged && report.iterations == 0, "{report:?}");
 }
 
-/// New keyframes come in above those before, so the tree of a long way grows by a front now and then; a candidate goes all of it.
+/// New keyframes come in above those before, so the tree of a long way grows by a front now and then; a
+/// candidate goes all of it.
 #[test]
 fn the_tree_of_a_long_way_is_ordered_anew_before_it_is_high() {
     const WAY: u32 = 8000;
@@ -374,7 +375,7 @@ fn the_tree_of_a_long_way_is_ordered_anew_before_it_is_high() {
         greatest = greatest.max(smoother.elimination().statistics().height);
         place *= step;
     }
-    // Twice as high as when it was ordered and 128 fronts more. A way is ordered up to 104 fronts high: parts of 200 keyframes go
-    // from one end to the other.
+    // Twice as high as when it was ordered and 128 fronts more. A way is ordered up to 104 fronts high: parts
+    // of 200 keyframes go from one end to the other.
     assert!(greatest <= 2 * 104 + 128, "{greatest}");
 }

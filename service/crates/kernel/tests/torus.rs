@@ -1,5 +1,5 @@
-//! A vehicle that goes round and round a torus and meets its last round at every keyframe, and the first one in its last:
-//! the tree of such a grid has wide fronts, and each keyframe closes a loop.
+//! A vehicle that goes round and round a torus and meets its last round at every keyframe, and the first one
+//! in its last: the tree of such a grid has wide fronts, and each keyframe closes a loop.
 
 mod support;
 
@@ -66,8 +66,8 @@ fn pose(index: usize) -> Pose {
     Pose::from_parts(Translation3::from(place), rotation)
 }
 
-/// The prior, and for each keyframe the step that leads to it and what it meets: the round before, and in the last round the
-/// first.
+/// The prior, and for each keyframe the step that leads to it and what it meets: the round before, and in the
+/// last round the first.
 fn factors(truth: &[Pose], random: &mut Random) -> Vec<Factor> {
     let covariance = Matrix6::from_diagonal(&Vector6::from(SIGMAS.map(|sigma| sigma * sigma)));
     let mut factors = vec![Factor::prior(Node(0), truth[0], &covariance).expect("a valid measurement")];

@@ -1,12 +1,12 @@
 //! What the robot would know of its pose after a round trip, or after one more step [PDN12, eqs. 1, 3, 4].
 
 use crate::error::PlanningError;
-use crate::outlook::{Outlook, by_places};
+use crate::expected_places::{ExpectedPlaces, by_places};
 use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
 use nalgebra::Matrix6;
 use pdn_kernel::Node;
-use pdn_kernel::elimination::{Candidates, VirtualLink, VirtualPath, Workspace};
+use pdn_kernel::elimination::{PathEvaluator, VirtualPath, Workspace};
 use pdn_kernel::se3::adjoint;
 use rayon::prelude::*;
 use std::cell::Cell;
@@ -14,7 +14,8 @@ use std::cell::Cell;
 /// The robot's expected knowledge at the end of a round trip and on the way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
-    /// Sigma_nn: the 6x6 block at node n of the inverse of Lambda_pdn [PDN12, eq. 4], each link weighted by P_L.
+    /// Sigma_nn: the 6x6 block at node n of the inverse of Lambda_pdn [PDN12, eq. 4], each link weighted by
+    /// P_L.
     pub terminal: Matrix6<f64>,
     /// Sigma_nn with every link registered (P = 1).
     pub terminal_all_links: Matrix6<f64>,
@@ -50,19 +51,20 @@ const SMALLEST_GROUP: usize = 8;
 const PATHS_AT_ONCE: usize = 8;
 
 thread_local! {
-    /// The memory in which a thread evaluates, kept for its next trips: making it anew takes a seventh of the time of 50.
-    /// It is taken out meanwhile, so that a fault leaves nothing half done to later trips.
+    /// The memory in which a thread evaluates, kept for its next trips: making it anew takes a seventh of the
+    /// time of 50. It is taken out meanwhile, so that a fault leaves nothing half done to later trips.
     static WORKSPACE: Cell<Workspace> = Cell::default();
 }
 
-/// Round trips that a thread takes at once: those with common beginnings cost less one after the other, so as many as
-/// leave each thread two groups. The numbers do not depend on the groups.
+/// Round trips that a thread takes at once: those with common beginnings cost less one after the other, so as
+/// many as leave each thread two groups. The numbers do not depend on the groups.
 pub fn group_size(trips: usize, threads: usize) -> usize {
     if threads <= 1 { trips.max(1) } else { trips.div_ceil(2 * threads).max(SMALLEST_GROUP) }
 }
 
-/// The beliefs of several round trips, in their order, spread over the pool's threads; none for those that were
-/// still waiting when `stop` said so. `stop` is asked before each. The numbers do not depend on the threads.
+/// The beliefs of several round trips, in their order, spread over the pool's threads; none for those that
+/// were still waiting when `stop` said so. `stop` is asked before each. The numbers do not depend on the
+/// threads.
 ///
 /// # Errors
 /// The kernel's finding about a trip that has no answer.
@@ -75,8 +77,8 @@ pub fn expect_all(
     let all: Vec<&RoundTrip> = trips.iter().collect();
     let paths =
         |group: &[usize]| virtual_paths(snapshot, &group.iter().map(|&index| all[index]).collect::<Vec<_>>());
-    evaluate_all(snapshot, &all, &paths, pool, stop, |candidates, path, robot_covariance| {
-        let expected = candidates.covariances(path, robot_covariance)?;
+    evaluate_all(snapshot, &all, &paths, pool, stop, |evaluator, path, robot_covariance| {
+        let expected = evaluator.covariances(path, robot_covariance)?;
         Ok(Belief {
             terminal: expected.terminal,
             terminal_all_links: expected.terminal_all_links,
@@ -87,21 +89,21 @@ pub fn expect_all(
     })
 }
 
-/// Sigma_nn of several round trips and nothing else, else as [`expect_all`] and with the same bits; `trips` come with their
-/// indices in `outlook`. Cost: a quarter.
+/// Sigma_nn of several round trips and nothing else, else as [`expect_all`] and with the same bits; `trips`
+/// come with their indices in `expected`. Cost: a quarter.
 ///
 /// # Errors
 /// As [`expect_all`].
 pub fn terminals(
     snapshot: &Snapshot,
-    outlook: &Outlook,
+    expected: &ExpectedPlaces,
     trips: &[(usize, &RoundTrip)],
     pool: &rayon::ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Option<Matrix6<f64>>>, PlanningError> {
     let asked: Vec<&RoundTrip> = trips.iter().map(|&(_, trip)| trip).collect();
-    let paths = |group: &[usize]| group.iter().map(|&index| outlook.path(trips[index].0)).collect();
-    evaluate_all(snapshot, &asked, &paths, pool, stop, |candidates, path, _| Ok(candidates.terminal(path)?))
+    let paths = |group: &[usize]| group.iter().map(|&index| expected.path(trips[index].0)).collect();
+    evaluate_all(snapshot, &asked, &paths, pool, stop, |evaluator, path, _| Ok(evaluator.terminal(path)?))
 }
 
 /// What makes the paths of a group of trips, given their indices.
@@ -114,7 +116,7 @@ fn evaluate_all<T: Clone + Send>(
     paths: &Paths,
     pool: &rayon::ThreadPool,
     stop: &(dyn Fn() -> bool + Sync),
-    evaluate: impl Fn(&mut Candidates, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync,
+    evaluate: impl Fn(&mut PathEvaluator, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync,
 ) -> Result<Vec<Option<T>>, PlanningError> {
     let group_size = group_size(trips.len(), pool.current_num_threads());
     let mut order: Vec<usize> = (0..trips.len()).collect();
@@ -136,16 +138,17 @@ fn evaluate_all<T: Clone + Send>(
     Ok(all)
 }
 
-/// What is evaluated of a group of round trips, one after the other; none once `stop` says so, which is asked before each.
+/// What is evaluated of a group of round trips, one after the other; none once `stop` says so, which is asked
+/// before each.
 fn evaluate_group<T: Clone>(
     snapshot: &Snapshot,
     group: &[usize],
     paths: &Paths,
     workspace: &mut Workspace,
     stop: &(dyn Fn() -> bool + Sync),
-    evaluate: &(impl Fn(&mut Candidates, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync),
+    evaluate: &(impl Fn(&mut PathEvaluator, &VirtualPath, &Matrix6<f64>) -> Result<T, PlanningError> + Sync),
 ) -> Result<Vec<Option<T>>, PlanningError> {
-    let mut candidates = Candidates::new(&snapshot.elimination, workspace);
+    let mut evaluator = PathEvaluator::new(&snapshot.elimination, workspace);
     let mut found = Vec::with_capacity(group.len());
     for made in group.chunks(PATHS_AT_ONCE) {
         if stop() {
@@ -158,7 +161,7 @@ fn evaluate_group<T: Clone>(
             found.push(if is_stopped {
                 None
             } else {
-                Some(evaluate(&mut candidates, path, &robot_covariance)?)
+                Some(evaluate(&mut evaluator, path, &robot_covariance)?)
             });
         }
     }
@@ -166,23 +169,20 @@ fn evaluate_group<T: Clone>(
     Ok(found)
 }
 
-/// Virtual node, keyframe and P_L of each expected registration, by node: what is expected at a place, at each of its nodes.
+/// Virtual node, keyframe and P_L of each expected registration, by node.
 fn links_by_node(path: &VirtualPath) -> Vec<(u32, Node, f64)> {
-    let at_nodes = |(place, link): (u32, &VirtualLink)| {
-        let (keyframe, probability) = (link.keyframe, link.probability);
-        path.nodes_at(place).into_iter().flatten().map(move |node| (node, keyframe, probability))
-    };
-    let mut links: Vec<(u32, Node, f64)> = path.links().flat_map(at_nodes).collect();
+    let links = path.node_links().map(|(node, link)| (node, link.keyframe, link.probability));
+    let mut links: Vec<(u32, Node, f64)> = links.collect();
     links.sort_by_key(|&(node, ..)| node); // stable: of a node, the most probable first
     links
 }
 
-/// Lambda_odo, Lambda_cam and the absolute sensors' information of round trips [PDN12, eqs. 1, 3], with virtual
-/// node 0 at the robot. What is expected at a place is found once for all trips that begin by it.
+/// Lambda_odo, Lambda_cam and the absolute sensors' information of round trips [PDN12, eqs. 1, 3], with
+/// virtual node 0 at the robot. What is expected at a place is found once for all trips that begin by it.
 ///
 /// # Errors
 /// [`PlanningError::NoKeyframe`]; the kernel's finding about a baseline.
 pub fn virtual_paths(snapshot: &Snapshot, trips: &[&RoundTrip]) -> Result<Vec<VirtualPath>, PlanningError> {
-    let outlook = Outlook::new(snapshot, trips)?;
-    (0..trips.len()).map(|trip| outlook.path(trip)).collect()
+    let expected = ExpectedPlaces::new(snapshot, trips)?;
+    (0..trips.len()).map(|trip| expected.path(trip)).collect()
 }

@@ -3,13 +3,14 @@
 use crate::belief::Belief;
 use crate::decision::{Candidate, Exploration};
 use crate::error::PlanningError;
+use crate::revisit::Waypoint;
 use crate::reward::Scale;
 use crate::round_trip::RoundTrip;
 use crate::snapshot::Snapshot;
-use crate::waypoint::Waypoint;
 
-/// The candidates of round trips that have been evaluated, numbered from 1 in the order of all trips. Each trip
-/// comes with its waypoint (none for a path that a person drew) and its belief (none if it was not evaluated).
+/// The candidates of round trips that have been evaluated, numbered from 1 in the order of all trips. Each
+/// trip comes with its waypoint (none for a path that a person drew) and its belief (none if it was not
+/// evaluated).
 ///
 /// # Errors
 /// The kernel's, if an expected covariance is not positive definite.

@@ -1,9 +1,10 @@
-//! Area coverage [PDN12, III.D.2]: which part of the target the cameras of the corrected trajectory have seen.
+//! Area coverage [PDN12, III.D.2]: which part of the target the cameras of the corrected trajectory have
+//! seen.
 //!
-//! Each facet has a raster of square cells from its origin: the cells whose centre lies on the facet. A keyframe
-//! covers a cell when the cell's centre lies in its camera's field of view and the camera is on the facet's
-//! visible side, to which `u x v` points. Occlusion, of a facet by another one or by anything else, is not
-//! considered. A_covered is the sum over facets of area times the share of cells covered.
+//! Each facet has a raster of square cells from its origin: the cells whose centre lies on the facet. A
+//! keyframe covers a cell when the cell's centre lies in its camera's field of view and the camera is on the
+//! facet's visible side, to which `u x v` points. Occlusion, of a facet by another one or by anything else,
+//! is not considered. A_covered is the sum over facets of area times the share of cells covered.
 
 use crate::error::PlanningError;
 use crate::settings::check_positive;
@@ -33,8 +34,8 @@ pub struct Facet {
     pub length_v_m: f64,
 }
 
-/// What a camera sees: the points with 0 < z <= `max_range_m`, |x/z| and |y/z| at most the tangents of half the
-/// angles, in the camera frame.
+/// What a camera sees: the points with 0 < z <= `max_range_m`, |x/z| and |y/z| at most the tangents of half
+/// the angles, in the camera frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldOfView {
     /// Full angle along the camera's x axis, rad.
@@ -70,8 +71,8 @@ pub struct FacetCoverage {
     pub cells_v: u32,
     /// Covered cells.
     pub covered_cells: u64,
-    /// Lengths of alternating runs of uncovered and covered cells, first uncovered, over the cells in the order
-    /// `v * cells_u + u`.
+    /// Lengths of alternating runs of uncovered and covered cells, first uncovered, over the cells in the
+    /// order `v * cells_u + u`.
     pub runs: Vec<u32>,
 }
 
@@ -79,9 +80,9 @@ impl Coverage {
     /// Empty rasters with cells of edge `cell_m`.
     ///
     /// # Errors
-    /// [`PlanningError::Facet`] for edges that are not orthogonal unit vectors (to 1e-6), lengths that are not
-    /// positive, or a facet narrower than half a cell, which holds no cell's centre; [`PlanningError::TooManyCells`];
-    /// [`PlanningError::OutOfRange`] for the field of view and the cell.
+    /// [`PlanningError::Facet`] for edges that are not orthogonal unit vectors (to 1e-6), lengths that are
+    /// not positive, or a facet narrower than half a cell, which holds no cell's centre;
+    /// [`PlanningError::TooManyCells`]; [`PlanningError::OutOfRange`] for the field of view and the cell.
     pub fn new(facets: &[Facet], cell_m: f64, view: FieldOfView) -> Result<Coverage, PlanningError> {
         check_positive("cell_m", cell_m)?;
         check_positive("camera.max_range_m", view.max_range_m)?;
@@ -117,9 +118,9 @@ impl Coverage {
         Ok(Coverage { rasters, view, cell_m, photographed: BTreeMap::new() })
     }
 
-    /// Puts a keyframe at its corrected pose; returns whether the rasters changed hands with it. A new keyframe
-    /// is added. A known one is taken out and added again if it has moved by more than half a cell: its camera's
-    /// position, or its rotation times the greatest range; else it stays where it was.
+    /// Puts a keyframe at its corrected pose; returns whether the rasters changed hands with it. A new
+    /// keyframe is added. A known one is taken out and added again if it has moved by more than half a cell:
+    /// its camera's position, or its rotation times the greatest range; else it stays where it was.
     ///
     /// Cost: linear in the cells near the field of view, whatever the size of the facets.
     pub fn place(&mut self, keyframe: u64, world_from_camera: &Pose) -> bool {

@@ -15,14 +15,15 @@ use nalgebra::Vector3;
 
 /// Decides what the vehicle should do next, with every number behind it.
 ///
-/// The same snapshot and question give the same bits at any number of threads in `pool`. `stop` is asked before
-/// each candidate; once it says so the rest is listed in `not_evaluated`, and the choice is the best of what was
-/// evaluated. Without keyframes to revisit the decision is to explore. A question for the choice alone has the best
-/// candidate and no other, and none where exploring is certain.
+/// The same snapshot and question give the same bits at any number of threads in `pool`. `stop` is asked
+/// before each candidate; once it says so the rest is listed in `not_evaluated`, and the choice is the best
+/// of what was evaluated. Without keyframes to revisit the decision is to explore. A question for the choice
+/// alone has the best candidate and no other, and none where exploring is certain.
 ///
 /// # Errors
 /// [`PlanningError::OutOfRange`] for an alpha outside [0, 1] or an allowance that is not positive;
-/// [`PlanningError::NoKeyframe`]; [`PlanningError::Kernel`] if the graph's information is not positive definite.
+/// [`PlanningError::NoKeyframe`]; [`PlanningError::Kernel`] if the graph's information is not positive
+/// definite.
 pub fn decide(
     snapshot: &Snapshot,
     question: &Question,
@@ -69,8 +70,8 @@ pub fn decide(
     })
 }
 
-/// What paths that a person drew would bring, by the mission's alpha and allowance: world points in metres, from
-/// the robot's place on; the way back follows the same points. `pool` and `stop` as in [`decide`].
+/// What paths that a person drew would bring, by the mission's alpha and allowance: world points in metres,
+/// from the robot's place on; the way back follows the same points. `pool` and `stop` as in [`decide`].
 ///
 /// # Errors
 /// As [`decide`], and [`PlanningError::PathNotFinite`], [`PlanningError::PathEmpty`],

@@ -11,8 +11,8 @@ pub struct Question {
     pub alpha: Option<f64>,
     /// The allowance instead of the mission's.
     pub allowable: Option<Allowable>,
-    /// Tell only the best candidate. Evaluate none where the choice is certain without: below the allowance U^0 is 0, so no
-    /// reward can exceed that of exploring [PDN12, eqs. 5 to 9].
+    /// Tell only the best candidate. Evaluate none where the choice is certain without: below the allowance
+    /// U^0 is 0, so no reward can exceed that of exploring [PDN12, eqs. 5 to 9].
     pub choice_only: bool,
 }
 

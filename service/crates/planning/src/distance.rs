@@ -1,7 +1,7 @@
 //! Distances that decide are compared to the nanometre.
 //!
-//! Survey lines are regular, so ties are common: the middle of a bisected piece is as far from one keyframe as
-//! from the other, and keyframes lie a whole number of spacings apart. Rounding errors of 1e-16 m must not
+//! Survey lines are regular, so ties are common: the middle of a bisected piece is as far from one keyframe
+//! as from the other, and keyframes lie a whole number of spacings apart. Rounding errors of 1e-16 m must not
 //! break such ties, or another machine (and whoever checks a decision) would choose otherwise.
 
 /// A distance in whole nanometres, rounded: what thresholds and orders compare.
@@ -17,7 +17,8 @@ pub fn nanometres(distance_m: f64) -> i64 {
     (distance_m * 1e9).round() as i64
 }
 
-/// Whether a distance is less than another one, in whole nanometres. Rounding is left out where it cannot matter.
+/// Whether a distance is less than another one, in whole nanometres. Rounding is left out where it cannot
+/// matter.
 pub(crate) fn is_less(distance_m: f64, limit_m: f64) -> bool {
     let beyond_m = distance_m - limit_m;
     if beyond_m.abs() > 1e-8 { beyond_m < 0.0 } else { nanometres(distance_m) < nanometres(limit_m) }

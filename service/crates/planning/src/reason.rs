@@ -1,11 +1,11 @@
 //! The reason of a decision, in one sentence for a person.
 
 use crate::decision::{Action, Candidate, Exploration};
+use crate::revisit::Waypoint;
 use crate::snapshot::Snapshot;
-use crate::waypoint::Waypoint;
 
-/// Why the action was chosen, with the numbers that made the difference. `waypoints` are all of the snapshot's,
-/// `not_evaluated` those that time was too short for.
+/// Why the action was chosen, with the numbers that made the difference. `waypoints` are all of the
+/// snapshot's, `not_evaluated` those that time was too short for.
 pub fn reason(
     snapshot: &Snapshot,
     action: &Action,
@@ -60,8 +60,8 @@ fn why_explore(
             best.candidate, best.one_way_m, best.uncertainty,
         ),
         Some(best) => format!(
-            "{exceeded}: the best revisit, candidate {} ({:.1} m away), promises {:.3} but is worth it only for \
-             alpha above {:.3}",
+            "{exceeded}: the best revisit, candidate {} ({:.1} m away), promises {:.3} but is worth it only \
+             for alpha above {:.3}",
             best.candidate,
             best.one_way_m,
             best.uncertainty,
@@ -73,8 +73,8 @@ fn why_explore(
 fn why_revisit(keyframe: u64, exploration: &Exploration, chosen: Option<&Candidate>) -> String {
     let Some(chosen) = chosen else { return format!("Revisit keyframe {keyframe}") };
     format!(
-        "Revisit keyframe {keyframe} (candidate {}, {:.1} m away): expected uncertainty {:.3} against {:.3} when \
-         exploring; worth it for alpha above {:.3}",
+        "Revisit keyframe {keyframe} (candidate {}, {:.1} m away): expected uncertainty {:.3} against {:.3} \
+         when exploring; worth it for alpha above {:.3}",
         chosen.candidate,
         chosen.one_way_m,
         chosen.uncertainty,

@@ -3,7 +3,7 @@
 
 use crate::distance::nanometres;
 use crate::error::PlanningError;
-use crate::route::Route;
+use crate::revisit::Route;
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use pdn_kernel::se3::Pose;
@@ -12,8 +12,8 @@ use pdn_kernel::so3;
 /// Virtual nodes of a round trip at most.
 pub const MAX_NODES: usize = 20_000;
 
-/// Places closer than this are one place, m. An odometry step of no length would have a covariance of zero, and
-/// no vehicle knows its place to a millimetre.
+/// Places closer than this are one place, m. An odometry step of no length would have a covariance of zero,
+/// and no vehicle knows its place to a millimetre.
 pub const SAME_PLACE_M: f64 = 1e-3;
 
 /// The virtual nodes of a way out and back.
@@ -21,24 +21,16 @@ pub const SAME_PLACE_M: f64 = 1e-3;
 pub struct RoundTrip {
     /// Length of the way out, m.
     pub one_way_m: f64,
-    /// `world_from_body` of the virtual nodes 1..n: outbound, then the same places inbound; the last one is the
-    /// robot's pose. n is even and at least 2, and nodes i and n - i are the same place.
+    /// `world_from_body` of the virtual nodes 1..n: outbound, then the same places inbound; the last one is
+    /// the robot's pose. n is even and at least 2, and nodes i and n - i are the same place.
     pub poses: Vec<Pose>,
-}
-
-impl RoundTrip {
-    /// The index in `poses` of the outbound node at the same place as an inbound one; none for an outbound node
-    /// and for the last.
-    pub fn outbound_of(&self, index: usize) -> Option<usize> {
-        (self.poses.len().checked_sub(index + 2)).filter(|&outbound| outbound < index)
-    }
 }
 
 /// The round trip along a route. `path` is what an error calls it.
 ///
-/// Each piece between two successive keyframes is halved until its parts are no longer than `sample_spacing_m`
-/// (the median distance of consecutive keyframes), and the orientation turns evenly from one keyframe's to the
-/// other's. A keyframe within [`SAME_PLACE_M`] of the one before it is left out.
+/// Each piece between two successive keyframes is halved until its parts are no longer than
+/// `sample_spacing_m` (the median distance of consecutive keyframes), and the orientation turns evenly from
+/// one keyframe's to the other's. A keyframe within [`SAME_PLACE_M`] of the one before it is left out.
 ///
 /// # Errors
 /// [`PlanningError::PathEmpty`] if the route does not leave the robot's place, [`PlanningError::PathTooLong`]
@@ -49,8 +41,8 @@ pub fn along_route(snapshot: &Snapshot, route: &Route, path: usize) -> Result<Ro
 }
 
 /// The round trip along world points that a person drew, from the robot's place on; a first point within
-/// [`SAME_PLACE_M`] of it is the robot's place. At each point the vehicle is oriented as at the keyframe nearest
-/// to it, at the start as the robot is. Sampling and errors as in [`along_route`].
+/// [`SAME_PLACE_M`] of it is the robot's place. At each point the vehicle is oriented as at the keyframe
+/// nearest to it, at the start as the robot is. Sampling and errors as in [`along_route`].
 ///
 /// # Errors
 /// Also [`PlanningError::PathNotFinite`].

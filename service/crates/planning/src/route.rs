@@ -1,35 +1,27 @@
 //! Ways from the robot to the waypoints over the keyframes of the graph [PDN12, III.C].
 //!
-//! The paper weights A*'s heuristic by 2 - S_L, which has local minima, and perturbs the search out of them. Here
-//! the weight stands in the cost of an edge, where the same criterion has a global optimum, and one search from
-//! the robot finds it for all waypoints.
+//! The paper weights A*'s heuristic by 2 - S_L, which has local minima, and perturbs the search out of them.
+//! Here the weight stands in the cost of an edge, where the same criterion has a global optimum, and one
+//! search from the robot finds it for all waypoints.
 
 use crate::distance::is_less;
 use crate::error::PlanningError;
-use crate::neighbours::Neighbours;
-use crate::registration::AngleLimit;
+use crate::revisit::Route;
 use crate::snapshot::Snapshot;
+use crate::spatial::VerletLists;
+use crate::view_angle::AngleLimit;
 use nalgebra::Vector3;
 use pathfinding::directed::dijkstra::dijkstra_partial;
 use pdn_kernel::Node;
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A way from the robot to a waypoint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Route {
-    /// Keyframes from the robot to the waypoint, both included.
-    pub keyframes: Vec<Node>,
-    /// Length of the polyline through their positions, m.
-    pub one_way_m: f64,
-}
-
 /// The cheapest route from the robot to each goal, in their order; none for a goal out of reach.
 ///
-/// Two keyframes are connected if they are closer than [`Snapshot::edge_radius_m`] and either their optical axes
-/// differ by `max_view_angle_rad` at most or the vehicle itself went from one to the other: a plate has two sides. An
-/// edge costs (2 - S_L(target)) * distance. Where routes of equal cost meet, the one from the keyframe of lower id is
-/// taken.
+/// Two keyframes are connected if they are closer than [`Snapshot::edge_radius_m`] and either their optical
+/// axes differ by `max_view_angle_rad` at most or the vehicle itself went from one to the other: a plate has
+/// two sides. An edge costs (2 - S_L(target)) * distance. Where routes of equal cost meet, the one from the
+/// keyframe of lower id is taken.
 ///
 /// Cost: one search with n log n over the keyframes nearer than the goals.
 ///
@@ -37,11 +29,11 @@ pub struct Route {
 /// [`PlanningError::NoKeyframe`].
 pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>, PlanningError> {
     let robot = snapshot.robot()?;
-    let network = Network::new(snapshot);
+    let graph = RouteGraph::new(snapshot);
     let mut wanted: BTreeSet<Node> = goals.iter().copied().collect();
     let (reached, _) = dijkstra_partial(
         &robot,
-        |&node| network.edges_from(node),
+        |&node| graph.edges_from(node),
         |node| {
             wanted.remove(node);
             wanted.is_empty()
@@ -54,11 +46,10 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
     let find_predecessor = |node: Node| {
         let arrived = cost(node)?;
         let is_tied = |edge: &Edge| {
-            cost(edge.to).is_some_and(|there| {
-                there < arrived && there + network.cost(node, edge.distance_m) == arrived
-            })
+            cost(edge.to)
+                .is_some_and(|there| there < arrived && there + graph.cost(node, edge.distance_m) == arrived)
         };
-        let tied = network.edges(node).into_iter().find(is_tied).map(|edge| edge.to);
+        let tied = graph.edges(node).into_iter().find(is_tied).map(|edge| edge.to);
         tied.or_else(|| reached.get(&node).map(|&(parent, _)| parent))
     };
     // Routes share their beginnings.
@@ -70,16 +61,16 @@ pub fn routes(snapshot: &Snapshot, goals: &[Node]) -> Result<Vec<Option<Route>>,
             keyframes.push(at);
         }
         keyframes.reverse();
-        let one_way_m = keyframes.windows(2).map(|pair| network.distance_m(pair[0], pair[1])).sum();
+        let one_way_m = keyframes.windows(2).map(|pair| graph.distance_m(pair[0], pair[1])).sum();
         Some(Route { keyframes, one_way_m })
     };
     Ok(goals.iter().map(|&goal| route(goal)).collect())
 }
 
-/// The keyframes and the edges between them.
-struct Network<'a> {
+/// The graph that is searched: the keyframes and the edges between them.
+struct RouteGraph<'a> {
     snapshot: &'a Snapshot,
-    neighbours: &'a Neighbours,
+    neighbours: &'a VerletLists,
     places: &'a [Vector3<f64>],
     radius_m: f64,
     angle: AngleLimit,
@@ -100,12 +91,12 @@ struct Edge {
     distance_m: f64,
 }
 
-impl Network<'_> {
-    fn new(snapshot: &Snapshot) -> Network<'_> {
-        Network {
+impl RouteGraph<'_> {
+    fn new(snapshot: &Snapshot) -> RouteGraph<'_> {
+        RouteGraph {
             snapshot,
             neighbours: snapshot.neighbours(),
-            places: snapshot.bodies().now(),
+            places: snapshot.bodies().positions(),
             radius_m: snapshot.edge_radius_m(),
             angle: AngleLimit::new(snapshot.settings.max_view_angle_rad),
             is_in_order: snapshot.keyframes.is_sorted_by_key(|keyframe| keyframe.id),
@@ -146,8 +137,8 @@ impl Network<'_> {
         self.edges(node).into_iter().map(|edge| (edge.to, self.cost(edge.to, edge.distance_m)))
     }
 
-    /// Of an edge to `target`. In whole picometres: sums of integers are exact, so routes tie or do not, whatever the order
-    /// of addition.
+    /// Of an edge to `target`. In whole picometres: sums of integers are exact, so routes tie or do not,
+    /// whatever the order of addition.
     fn cost(&self, target: Node, distance_m: f64) -> i128 {
         (self.weights[target.index()] * distance_m * 1e12).round() as i128
     }

@@ -35,7 +35,8 @@ pub struct Settings {
     pub swath_m: f64,
     /// Whether virtual nodes get the information of attitude and depth sensors.
     pub expect_absolute: bool,
-    /// Standard deviations of dead reckoning per square root of metre, `[m; rad]` in body axes [PDN12, eq. 1].
+    /// Standard deviations of dead reckoning per square root of metre, `[m; rad]` in body axes [PDN12, eq.
+    /// 1].
     pub odometry_sigmas_per_sqrt_m: Vector6<f64>,
     /// Standard deviation of each tilt, rad; none if there is no attitude sensor.
     pub tilt_sigma_rad: Option<f64>,
@@ -109,8 +110,8 @@ pub struct Allowable {
 }
 
 impl Allowable {
-    /// ln |Sigma_allow| = 2 sum ln sigma, which is about -53 for the paper's allowance: the determinant itself,
-    /// 1e-23, would lose nothing here but everything where it is squared.
+    /// ln |Sigma_allow| = 2 sum ln sigma, which is about -53 for the paper's allowance: the determinant
+    /// itself, 1e-23, would lose nothing here but everything where it is squared.
     pub fn log_determinant(&self) -> f64 {
         2.0 * self.sigmas().iter().map(|(_, sigma)| sigma.ln()).sum::<f64>()
     }

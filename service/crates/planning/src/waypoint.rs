@@ -1,45 +1,24 @@
 //! Waypoints: places that are worth revisiting [PDN12, III.B].
 
 use crate::cluster;
-use crate::derived::keep;
 use crate::distance::nanometres;
 use crate::error::PlanningError;
+use crate::memo::get_or_try_init;
+use crate::revisit::{Route, Waypoint};
 use crate::round_trip::SAME_PLACE_M;
-use crate::route::{Route, routes};
+use crate::route::routes;
 use crate::settings::Settings;
 use crate::snapshot::Snapshot;
 use nalgebra::Matrix6;
-use pdn_kernel::se3::Pose;
 use pdn_kernel::{Node, gaussian};
 use std::collections::BTreeMap;
-
-/// A cluster of salient keyframes, and the one that represents it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Waypoint {
-    /// Id of the representative keyframe.
-    pub keyframe: u64,
-    /// Its node.
-    pub node: Node,
-    /// Its linearisation point.
-    pub pose: Pose,
-    /// u = |Sigma|^(1/6) of its marginal.
-    pub marginal_uncertainty: f64,
-    /// S_G * u_min / u, by which it was chosen; u_min is the least in the cluster.
-    pub score: f64,
-    /// Ids of the cluster's keyframes, sorted.
-    pub members: Vec<u64>,
-    /// The way from the robot; none if there is none.
-    pub route: Option<Route>,
-    /// Whether decisions consider it: its route is no shorter than `min_revisit_m`.
-    pub candidate: bool,
-}
 
 /// All waypoints, in the order of their keyframes' ids. Found once a snapshot.
 ///
 /// # Errors
 /// [`PlanningError::NoKeyframe`], or the kernel's finding about the graph.
 pub fn waypoints(snapshot: &Snapshot) -> Result<&[Waypoint], PlanningError> {
-    let found = keep(&snapshot.derived.waypoints, || {
+    let found = get_or_try_init(&snapshot.derived.waypoints, || {
         let clusters = clusters(snapshot);
         let uncertainties = uncertainties(snapshot, clusters.iter().flatten().map(|&(_, node)| node))?;
         let chosen = clusters.into_iter().map(|members| represent(snapshot, &uncertainties, members));
@@ -67,17 +46,18 @@ pub fn goals(snapshot: &Snapshot) -> Result<Vec<(&Waypoint, &Route)>, PlanningEr
 /// Clusters of the salient set, each as sorted ids of keyframes with their nodes.
 fn clusters(snapshot: &Snapshot) -> Vec<Vec<(u64, Node)>> {
     let Settings { eps_m, min_points, .. } = snapshot.settings;
-    let neighbours = snapshot.salient_neighbours();
+    let lists = snapshot.salient_neighbours();
     let mut salient: Vec<(u64, Node)> =
         snapshot.salient().map(|node| (snapshot.keyframe(node).id, node)).collect();
     salient.sort_unstable();
     let mut ranks = vec![0; snapshot.keyframes.len()];
     salient.iter().enumerate().for_each(|(rank, (_, node))| ranks[node.index()] = rank);
     let near = |&(_, node): &(u64, Node)| {
-        let near = neighbours.of(node).map(|other| (ranks[other.index()], snapshot.body(other)));
+        let near = lists.of(node).map(|other| (ranks[other.index()], snapshot.body(other)));
         cluster::within(near, &snapshot.body(node), eps_m)
     };
-    let clusters = cluster::clusters(salient.iter().map(near).collect(), min_points);
+    let neighbours: Vec<Vec<(usize, i64)>> = salient.iter().map(near).collect();
+    let clusters = cluster::dbscan(&neighbours, min_points);
     clusters.into_iter().map(|ranks| ranks.into_iter().map(|rank| salient[rank]).collect()).collect()
 }
 

@@ -1,49 +1,16 @@
-//! Questions that take long: jobs that own an immutable view of the mission and run on any thread, any number at
-//! once, while events go on.
+//! Questions that take long: jobs that own an immutable view of the mission and run on any thread, any number
+//! at once, while events go on.
 //!
 //! ```text
 //! owner:  job = mission.begin_decision(request)?      pool: outcome = job.run(pool, stop)?
 //! owner:  decision = mission.record(outcome)
 //! ```
 
-use crate::convert::{self, reply::Source};
+use crate::convert::{question, reply};
 use crate::error::StateError;
-use pdn_schemas::reply::{Action, Decision, EvaluateReply, GraphReply, LinkModelReply, WaypointsReply};
+use crate::request::{DecisionRequest, Source};
+use pdn_schemas::reply::{Decision, EvaluateReply, GraphReply, LinkModelReply, WaypointsReply};
 use rayon::ThreadPool;
-
-/// What a decision, or the evaluation of paths, is asked with.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DecisionRequest {
-    /// What to assume instead of the mission's settings; the default asks for the mission's own decision.
-    pub what_if: WhatIf,
-    /// Whether poses, links and the table of P_L come with it (`detail=full`).
-    pub full: bool,
-    /// Whether only the best candidate is told, and none where exploring is certain (`detail=choice`).
-    pub choice_only: bool,
-}
-
-/// Assumptions of a question that changes nothing and is not counted: the weight and standard deviations of the
-/// allowance. What is not set stays as the mission has it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WhatIf {
-    /// Weight of the uncertainty, in [0, 1].
-    pub alpha: Option<f64>,
-    /// North and east, m.
-    pub sigma_xy_m: Option<f64>,
-    /// Down, m.
-    pub sigma_depth_m: Option<f64>,
-    /// Roll and pitch, deg.
-    pub sigma_tilt_deg: Option<f64>,
-    /// Heading, deg.
-    pub sigma_heading_deg: Option<f64>,
-}
-
-impl WhatIf {
-    /// Whether anything is assumed.
-    pub fn is_any(&self) -> bool {
-        *self != WhatIf::default()
-    }
-}
 
 /// A decision to be made.
 #[derive(Clone, Debug)]
@@ -65,13 +32,8 @@ pub struct DecisionOutcome {
 }
 
 impl DecisionJob {
-    /// The decision will rest on all events below.
-    pub fn graph_seq(&self) -> u64 {
-        self.source.graph_seq
-    }
-
-    /// Decides. Once `stop` says so no further candidate is begun, and the choice is the best of those that were
-    /// evaluated. The result has the same bits at any number of threads, unless it was stopped.
+    /// Decides. Once `stop` says so no further candidate is begun, and the choice is the best of those that
+    /// were evaluated. The result has the same bits at any number of threads, unless it was stopped.
     ///
     /// # Errors
     /// [`StateError::Singular`] or [`StateError::Internal`] if a covariance cannot be computed.
@@ -80,9 +42,13 @@ impl DecisionJob {
         pool: &ThreadPool,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<DecisionOutcome, StateError> {
-        let decision = convert::reply::decide(&self.source, &self.request, pool, stop)?;
-        let link_model = convert::reply::link_model_of(&self.source);
-        Ok(DecisionOutcome { decision, request: self.request, basis: self.basis, link_model })
+        let DecisionJob { source, request, basis } = self;
+        let decided = source.view.decide(&question::question(request, source.view.settings()), pool, stop)?;
+        let link_model =
+            reply::link_model(source.mission.clone(), source.graph_seq, source.view.link_model());
+        let table = request.full.then(|| link_model.clone());
+        let decision = reply::decision(source, request, decided, table);
+        Ok(DecisionOutcome { decision, request: *request, basis: *basis, link_model })
     }
 }
 
@@ -90,11 +56,6 @@ impl DecisionOutcome {
     /// The decision, still without a number.
     pub fn decision(&self) -> &Decision {
         &self.decision
-    }
-
-    /// Whether the choice is a revisit.
-    pub fn is_revisit(&self) -> bool {
-        matches!(self.decision.action, Action::Revisit { .. })
     }
 }
 
@@ -110,14 +71,20 @@ impl EvaluateJob {
     /// Evaluates each path.
     ///
     /// # Errors
-    /// [`StateError::Stopped`] if `stop` said so before all were evaluated; [`StateError::Invalid`] and its like for a
-    /// path that is none; else as [`DecisionJob::run`].
+    /// [`StateError::Stopped`] if `stop` said so before all were evaluated; [`StateError::Invalid`] and its
+    /// like for a path that is none; else as [`DecisionJob::run`].
     pub fn run(
         &self,
         pool: &ThreadPool,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<EvaluateReply, StateError> {
-        convert::reply::evaluate(&self.source, &self.request, &self.paths, pool, stop)
+        let EvaluateJob { source, request, paths } = self;
+        let assumed = question::question(request, source.view.settings());
+        let evaluated = source.view.evaluate(&assumed, &question::paths(paths), pool, stop)?;
+        if !evaluated.not_evaluated.is_empty() {
+            return Err(StateError::Stopped);
+        }
+        Ok(reply::evaluation(source, request, &evaluated))
     }
 }
 
@@ -135,7 +102,7 @@ impl GraphJob {
     /// # Errors
     /// [`StateError::Singular`] or [`StateError::Internal`] if a marginal cannot be computed.
     pub fn run(&self) -> Result<GraphReply, StateError> {
-        convert::reply::graph(&self.source, self.from, self.marginals)
+        Ok(reply::graph(&self.source, self.source.view.graph(self.from, self.marginals)?))
     }
 }
 
@@ -151,6 +118,6 @@ impl WaypointsJob {
     /// # Errors
     /// [`StateError::Singular`] or [`StateError::Internal`] if a marginal cannot be computed.
     pub fn run(&self) -> Result<WaypointsReply, StateError> {
-        convert::reply::waypoints(&self.source)
+        Ok(reply::waypoints(&self.source, self.source.view.waypoints()?))
     }
 }

@@ -1,4 +1,5 @@
-//! What an event says, checked and in the types of the method: what the fold is made of.
+//! What an event says, checked and in the types of the method: what the fold is made of; and what it adds to
+//! the graph.
 
 use crate::settings::Losses;
 use nalgebra::{Matrix3, Matrix5, Matrix6, UnitQuaternion, Vector3};
@@ -82,6 +83,15 @@ pub enum Measurement {
         position: Vector3<f64>,
         covariance: Matrix3<f64>,
     },
+}
+
+/// What enters the graph, in order.
+#[derive(Clone, Debug)]
+pub enum Addition {
+    /// The next node, with its first estimate.
+    Keyframe(Pose),
+    /// A factor between nodes.
+    Factor(Box<Factor>),
 }
 
 impl Measurement {

@@ -1,18 +1,17 @@
 //! What a mission has come to at one moment, so that its journal need not be solved again from the beginning.
 //!
-//! A journal is the truth, and a checkpoint only spares time: what events give at once is taken from the journal all the
-//! same, and only what was solved for is kept here (linearisation points, steps, the shape of the tree, where each photograph lies).
-//! It stands for the moment before the event that begins the last group (see `fold`), names that event's record and the
-//! CRC of the one before it, and so belongs to one journal. One that is damaged, of another journal or of another version
-//! of the software is passed over: recovery then takes longer, and comes to the same bits.
+//! A journal is the truth, and a checkpoint only spares time: what events give at once is taken from the
+//! journal all the same, and only what was solved for is kept here (linearisation points, steps, the shape of
+//! the tree, where each photograph lies). It stands for the moment before the event that begins the last
+//! group (see `fold`), names that event's record and the CRC of the one before it, and so belongs to one
+//! journal. One that is damaged, of another journal or of another version of the software is passed over:
+//! recovery then takes longer, and comes to the same bits.
 
 mod content;
 
+use crate::fold::SolvedState;
 use crate::history::SOFTWARE;
 use crate::journal::{Journal, JournalError};
-use crate::survey::Progress;
-use pdn_kernel::se3::Pose;
-use pdn_kernel::smoother::SmootherState;
 
 /// What the bytes of a checkpoint begin with, of which the last character is the format.
 const MAGIC: [u8; 4] = *b"PDC1";
@@ -24,17 +23,7 @@ pub struct Checkpoint {
     pub record: u64,
     /// Events refused up to and with that one.
     pub(crate) rejected: u64,
-    pub(crate) kept: Kept,
-}
-
-/// What of a fold does not follow from its events at once.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Kept {
-    pub smoother: SmootherState,
-    pub converged: bool,
-    pub progress: Progress,
-    /// By node, where its photograph lies in the rasters; none before the first.
-    pub world_from_camera: Vec<Option<Pose>>,
+    pub(crate) solved: SolvedState,
 }
 
 /// Why a checkpoint is of no use.

@@ -1,22 +1,24 @@
 //! Why an event, a command or a question is refused: what is wrong, where, and what to do.
 
-use crate::change::Measurement;
-use crate::fold::CONTRADICTION;
+pub(crate) mod translate;
+
 use crate::journal::JournalError;
-use crate::lifecycle::{how_to_run, name};
-use crate::vehicle::Absence;
+use crate::lifecycle::{IllegalTransition, how_to_run, name};
 use pdn_schemas::problem::Code;
 use pdn_schemas::reply::{Phase, Problem};
 
-/// Everything that a mission can refuse. The text of each is one sentence for a person; [`StateError::code`] is
-/// what programs go by.
+/// Everything that a mission can refuse. The text of each is one sentence for a person; [`StateError::code`]
+/// is what programs go by.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StateError {
     /// A vehicle without any mission was asked something.
     #[error("this vehicle has no mission yet; send a MissionConfig to op/configure")]
     NoMission,
     /// No mission of that id is kept.
-    #[error("mission \"{mission}\" is not known; the missions kept are [{}]; configure it first", .kept.join(", "))]
+    #[error(
+        "mission \"{mission}\" is not known; the missions kept are [{}]; configure it first",
+        .kept.join(", ")
+    )]
     UnknownMission {
         /// The id asked for.
         mission: String,
@@ -62,17 +64,14 @@ pub enum StateError {
         phase: Phase,
     },
     /// An operation that the phase does not allow.
-    #[error("\"{operation}\" is not possible while the mission is {}; possible now: {}", name(*.phase), listed(.legal))]
-    IllegalTransition {
-        /// What was asked.
-        operation: &'static str,
-        /// The phase it was asked in.
-        phase: Phase,
-        /// What would have been possible.
-        legal: Vec<&'static str>,
-    },
+    #[error(transparent)]
+    IllegalTransition(IllegalTransition),
     /// A decision needs a running mission.
-    #[error("decisions are given while the mission is running, and it is {}; {}", name(*.phase), how_to_run(*.phase))]
+    #[error(
+        "decisions are given while the mission is running, and it is {}; {}",
+        name(*.phase),
+        how_to_run(*.phase)
+    )]
     NotRunning {
         /// The phase.
         phase: Phase,
@@ -97,6 +96,15 @@ pub enum StateError {
         next_seq: u64,
         /// Events that wait, which is the limit.
         buffered: usize,
+    },
+    /// The events that wait for a missing one take up too many bytes.
+    #[error(
+        "the events that wait for a missing one take up ahead_bytes; send the missing ones (rpc/ingest \
+         tells), then event {seq} again"
+    )]
+    BufferBytes {
+        /// The event refused; its number is not consumed.
+        seq: u64,
     },
     /// A named limit of the configuration.
     #[error("{what}: the bound {bound} = {limit} is reached; {advice}")]
@@ -210,7 +218,12 @@ pub enum StateError {
         min_baseline_m: f64,
     },
     /// A measurement that lies too far from what the graph says of its keyframes.
-    #[error("{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe {keyframes}, more than {bound:.0}, and is left out; check how it was made, and whether a step before it was false (then tie the next keyframe by a prior); with {loss} of the next mission its outliers are weighed down instead", bound = CONTRADICTION)]
+    #[error(
+        "{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe \
+         {keyframes}, more than {bound:.0}, and is left out; check how it was made, and whether a step \
+         before it was false (then tie the next keyframe by a prior); with {loss} of the next mission its \
+         outliers are weighed down instead"
+    )]
     Contradiction {
         /// Path of the field.
         field: String,
@@ -218,6 +231,8 @@ pub enum StateError {
         keyframes: String,
         /// Mahalanobis distance, the measurement's noise and the belief's together.
         distance: f64,
+        /// The distance from which on it is refused.
+        bound: f64,
         /// The field of the configuration that sets a robust loss for the kind.
         loss: String,
     },
@@ -230,7 +245,11 @@ pub enum StateError {
         problem: &'static str,
     },
     /// With this event the system of equations could not be solved; the event is undone.
-    #[error("the graph cannot be solved with this event, which is undone: {evidence}; check the covariances that it and keyframe {} carry", keyframe_name(.keyframe))]
+    #[error(
+        "the graph cannot be solved with this event, which is undone: {evidence}; check the covariances that \
+         it and keyframe {} carry",
+        keyframe_name(.keyframe)
+    )]
     Singular {
         /// The keyframe at which elimination failed, where that is known.
         keyframe: Option<u64>,
@@ -248,19 +267,21 @@ pub enum StateError {
     },
 }
 
-impl StateError {
-    /// A measurement that lies so many standard deviations from the graph.
-    pub(crate) fn contradiction(measurement: &Measurement, distance: f64) -> StateError {
-        let kind = measurement.kind().name();
-        let (first, second) = measurement.keyframes();
-        StateError::Contradiction {
-            field: format!("factor.{kind}"),
-            keyframes: second.map_or(first.to_string(), |second| format!("{first} and {second}")),
-            distance,
-            loss: format!("robust.{kind}"),
-        }
-    }
+/// Why a mission that has a journal is not served.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Absence {
+    /// Its journal is still to be read.
+    Reading,
+    /// Its journal cannot be read.
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        error: JournalError,
+    },
+}
 
+impl StateError {
     /// The stable code of the contract.
     pub fn code(&self) -> Code {
         match self {
@@ -270,13 +291,14 @@ impl StateError {
             StateError::Absent { why: Absence::Unreadable { error, .. }, .. }
             | StateError::Journal { error, .. } => error.code(),
             StateError::MissionActive { .. }
-            | StateError::IllegalTransition { .. }
+            | StateError::IllegalTransition(_)
             | StateError::NotRunning { .. } => Code::IllegalTransition,
             StateError::MissionUsed { .. } | StateError::RepeatedKeyframe { .. } => Code::RepeatedId,
             StateError::SequenceConflict { .. } => Code::Conflict,
             StateError::TooLong { .. } => Code::TooLarge,
             StateError::MissionEnded { .. } => Code::MissionEnded,
             StateError::NotReady => Code::NotReady,
+            StateError::BufferBytes { .. } => Code::Overloaded,
             StateError::BufferFull { .. } | StateError::Limit { .. } => Code::Limit,
             StateError::Undecodable { code, .. } => *code,
             StateError::Invalid { .. } => Code::Invalid,
@@ -311,15 +333,11 @@ fn absent(mission: &str, why: &Absence) -> String {
                 _ => String::new(), // the error says what to do
             };
             format!(
-                "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; {remedy}another \
-                 mission can be configured"
+                "mission \"{mission}\" is not served, its journal {file} is kept as it is: {error}; \
+                 {remedy}another mission can be configured"
             )
         }
     }
-}
-
-fn listed(words: &[&'static str]) -> String {
-    if words.is_empty() { "nothing, it has ended".to_string() } else { words.join(", ") }
 }
 
 fn keyframe_name(keyframe: &Option<u64>) -> String {

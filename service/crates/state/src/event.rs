@@ -1,9 +1,9 @@
 //! What a mission is a fold of: the closed list of its events.
 
-use crate::error::StateError;
-use pdn_schemas::codec::{self, Format};
+use pdn_schemas::codec::{self, CodecError, Format, Message};
 use pdn_schemas::event::{Factor, Keyframe, LinkOutcome};
 use pdn_schemas::problem::Code;
+use pdn_schemas::record::{Kind, UnreadEvent};
 
 /// An event as it arrived; together with the configuration these are all that a decision depends on.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,25 +52,99 @@ impl Event {
         }
     }
 
-    /// 64-bit FNV-1a over the kind and the canonical bytes (the contract's bincode) of the event, by which a
-    /// repeat is told from a conflict. JSON and bincode of the same event agree, as do all encodings of a number.
-    ///
-    /// It guards against mistakes, not against an adversary: 2^-64 of the conflicts pass as repeats, and a
-    /// repeat is ignored, so nothing false ever enters the graph.
+    /// What it is in the journal.
+    pub(crate) fn kind(&self) -> Kind {
+        match self {
+            Event::Keyframe(_) => Kind::Keyframe,
+            Event::Factor(_) => Kind::Factor,
+            Event::Link(_) => Kind::Link,
+            Event::Undecodable(_) => Kind::Unread,
+        }
+    }
+
+    /// Its bytes in either format of the contract; its canonical ones are in bincode.
     ///
     /// # Errors
-    /// [`StateError::Internal`] if the event cannot be encoded.
-    pub fn fingerprint(&self) -> Result<u64, StateError> {
-        let (kind, bytes) = match self {
-            Event::Keyframe(keyframe) => (b'k', codec::encode(keyframe, Format::Bincode)),
-            Event::Factor(factor) => (b'f', codec::encode(factor, Format::Bincode)),
-            Event::Link(link) => (b'l', codec::encode(link, Format::Bincode)),
-            Event::Undecodable(event) => (b'u', Ok(event.message.clone().into_bytes())),
-        };
-        let bytes = bytes
-            .map_err(|error| StateError::Internal { evidence: format!("encoding an event: {error}") })?;
-        Ok(fnv1a([kind].iter().chain(&bytes)))
+    /// [`CodecError::TooLarge`] for what no reader would take; [`CodecError::NotFinite`] for what JSON cannot
+    /// say.
+    pub(crate) fn encode(&self, format: Format) -> Result<Vec<u8>, CodecError> {
+        match self {
+            Event::Keyframe(message) => codec::encode(message, format),
+            Event::Factor(message) => codec::encode(message, format),
+            Event::Link(message) => codec::encode(message, format),
+            Event::Undecodable(event) => codec::encode(&event.as_record(), format),
+        }
     }
+
+    /// The event of canonical bytes.
+    ///
+    /// # Errors
+    /// What does not belong to an event of that kind.
+    pub(crate) fn decode(kind: Kind, bytes: &[u8]) -> Result<Event, CodecError> {
+        let format = Format::Bincode;
+        Ok(match kind {
+            Kind::Keyframe => Event::Keyframe(codec::decode(bytes, format)?),
+            Kind::Factor => Event::Factor(codec::decode(bytes, format)?),
+            Kind::Link => Event::Link(codec::decode(bytes, format)?),
+            Kind::Unread => Event::Undecodable(Undecodable::of_record(codec::decode(bytes, format)?)?),
+            other => {
+                let reason = "it is no event".to_owned();
+                return Err(CodecError::Bincode { message: other.schema(), reason });
+            }
+        })
+    }
+}
+
+impl Undecodable {
+    fn as_record(&self) -> UnreadEvent {
+        UnreadEvent {
+            mission: self.mission.clone(),
+            seq: self.seq,
+            code: self.code.name().to_owned(),
+            message: self.message.clone(),
+        }
+    }
+
+    fn of_record(record: UnreadEvent) -> Result<Undecodable, CodecError> {
+        let UnreadEvent { mission, seq, code, message } = record;
+        let reason = format!("no code is named {code:?}");
+        let code =
+            Code::from_name(&code).ok_or(CodecError::Bincode { message: UnreadEvent::NAME, reason })?;
+        Ok(Undecodable { mission, seq, code, message })
+    }
+}
+
+/// An event with its canonical bytes (the contract's bincode), which are made once: the fingerprint is
+/// theirs, and the journal keeps them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct EncodedEvent {
+    /// What it says.
+    pub(crate) event: Event,
+    /// The bytes.
+    pub(crate) bytes: Vec<u8>,
+    /// See [`fingerprint`].
+    pub(crate) fingerprint: u64,
+}
+
+impl EncodedEvent {
+    /// Encodes an event.
+    ///
+    /// # Errors
+    /// [`CodecError::TooLarge`] for what no reader would take.
+    pub(crate) fn new(event: Event) -> Result<EncodedEvent, CodecError> {
+        let bytes = event.encode(Format::Bincode)?;
+        let fingerprint = fingerprint(event.kind(), &bytes);
+        Ok(EncodedEvent { event, bytes, fingerprint })
+    }
+}
+
+/// 64-bit FNV-1a over the kind and the canonical bytes of an event, by which a repeat is told from a
+/// conflict. JSON and bincode of the same event agree, as do all spellings of a number.
+///
+/// It guards against mistakes, not against an adversary: 2^-64 of the conflicts pass as repeats, and a repeat
+/// is ignored, so nothing false ever enters the graph.
+fn fingerprint(kind: Kind, bytes: &[u8]) -> u64 {
+    fnv1a(kind.number().to_le_bytes().iter().chain(bytes))
 }
 
 fn fnv1a<'a>(bytes: impl Iterator<Item = &'a u8>) -> u64 {
@@ -93,11 +167,36 @@ mod tests {
     fn a_fingerprint_differs_with_any_content() {
         let link = |stamp_ns, from, registered| {
             let event = LinkOutcome { mission: "m".into(), seq: 4, stamp_ns, from, to: 2, registered };
-            Event::Link(event).fingerprint().expect("a plain event can be encoded")
+            EncodedEvent::new(Event::Link(event)).expect("a plain event can be encoded").fingerprint
         };
         assert_eq!(link(0, 1, true), link(0, 1, true));
         for other in [link(1, 1, true), link(0, 3, true), link(0, 1, false)] {
             assert_ne!(other, link(0, 1, true));
         }
+    }
+
+    /// A JSON text that spells its numbers in other ways, and the bincode of the same event.
+    #[test]
+    fn json_and_bincode_of_one_event_have_one_fingerprint() {
+        let json = br#"{"registered": true, "to": 2, "from": 1, "stamp_ns": 5, "seq": 7, "mission": "m"}"#;
+        let spelled: LinkOutcome = codec::decode(json, Format::Json).expect("a link outcome");
+        let bytes = codec::encode(&spelled, Format::Bincode).expect("a plain event can be encoded");
+        let sent: LinkOutcome = codec::decode(&bytes, Format::Bincode).expect("what was encoded");
+        let [one, other] =
+            [spelled, sent].map(|event| EncodedEvent::new(Event::Link(event)).expect("a plain event"));
+        assert_eq!((one.fingerprint, &one.bytes), (other.fingerprint, &bytes));
+    }
+
+    #[test]
+    fn an_event_is_what_its_bytes_say() {
+        let event = Event::Undecodable(Undecodable {
+            mission: "m".into(),
+            seq: 3,
+            code: Code::SchemaMismatch,
+            message: "another layout".into(),
+        });
+        let encoded = EncodedEvent::new(event.clone()).expect("a plain event can be encoded");
+        assert_eq!(Event::decode(event.kind(), &encoded.bytes), Ok(event));
+        assert!(Event::decode(Kind::Refused, &encoded.bytes).is_err());
     }
 }

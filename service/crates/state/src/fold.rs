@@ -1,79 +1,71 @@
 //! What events add up to: the pose graph, the area that is covered, the table of P_L, the survey's progress.
 //!
-//! A keyframe enters the graph once a prior, odometry or relative factor ties it to the graph in all six degrees
-//! of freedom, or as the first one with the prior of the configuration; until then it and what else names it wait.
-//! So the graph determines every pose.
+//! A keyframe enters the graph once a prior, odometry or relative factor ties it to the graph in all six
+//! degrees of freedom, or as the first one with the prior of the configuration; until then it and what else
+//! names it wait. So the graph determines every pose.
 //!
-//! Factors collect until the next keyframe's event: they are a group, and the smoother advances once a group, not
-//! once a factor. A question in the middle of a group looks ahead: it solves for the group so far and remembers the
-//! way back, and takes that way if the group goes on. So questions never change a later bit.
+//! Factors collect until the next keyframe's event: they are a group, and the smoother advances once a group,
+//! not once a factor. A question in the middle of a group looks ahead: it solves for the group so far and
+//! keeps what leads back (`Rollback`), which is taken if the group goes on. So questions never change a later
+//! bit.
 
-use crate::book::{Addition, Book, Judge};
-use crate::change::Change;
-use crate::convert;
-use crate::error::StateError;
+mod fast_forward;
+mod queries;
+mod solved;
+
+pub(crate) use fast_forward::FastForward;
+pub(crate) use solved::SolvedState;
+
+use crate::change::{Addition, Change};
+use crate::coverage_tracker::{CoverageTracker, MovedCameras};
+use crate::error::{StateError, translate};
+use crate::gate::{Admit, Gate};
+use crate::graph_builder::GraphBuilder;
 use crate::limits::Limits;
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
+use crate::relinearization;
 use crate::settings::Settings;
 use crate::survey::Progress;
-use crate::trail::{Moved, Trail};
-use crate::view::{Known, RobotNow, View};
+use crate::view::{KeyframeInfo, View};
 use pdn_kernel::smoother::{Smoother, SmootherSettings};
 use pdn_kernel::{KernelError, SharedVec};
 use pdn_planning::{DerivedCache, LinkModel};
+use queries::RobotEstimate;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-mod foresight;
-mod relive;
-
-pub(crate) use foresight::{CONTRADICTION, Foresight};
-pub(crate) use relive::Relived;
-
-/// Between settlings a keyframe is linearised anew once its step exceeds this, m and rad: a loop closure that moves
-/// the whole graph by less costs one way to the root.
+/// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m
+/// and rad: a loop closure that moves the whole graph by less costs one way to the root.
 const STREAM_TOLERANCE: f64 = 2e-2;
 
-/// Gauss-Newton steps that one group gets at most between settlings; what is left goes on with the next group.
+/// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left
+/// goes on with the next group.
 const STREAM_ITERATIONS: usize = 3;
-
-/// The smoother settles with each keyframe of the graph whose number is a multiple of the second number here, in graphs
-/// of up to the first number of keyframes, so that a question never has far to go. A loop closure moves all of
-/// a graph, so the larger it is the dearer is settling, and the rarer.
-const SETTLE_EVERY: [(usize, usize); 3] = [(1024, 16), (4096, 64), (usize::MAX, 256)];
-
-/// Linearisation points lie this close to the estimate, m and rad, wherever a question looks: in graphs of at most
-/// `SMALL_GRAPH` keyframes, and in larger ones, which would be linearised anew as a whole for every loop closure.
-const SETTLED_TOLERANCE: f64 = 1e-7;
-const SETTLED_TOLERANCE_OF_LARGE: f64 = 1e-5;
-const SMALL_GRAPH: usize = 4096;
-
-/// Rounds of settling at most. A graph that needs more is reported as not converged.
-const SETTLE_ROUNDS: usize = 20;
 
 /// The state of a mission as far as it follows from events.
 #[derive(Clone, Debug)]
 pub struct Fold {
-    pub(crate) settings: Arc<Settings>,
+    settings: Arc<Settings>,
     limits: Limits,
-    pub(crate) book: Book,
-    pub(crate) link_model: LinkModel,
-    pub(crate) smoother: Smoother,
-    pub(crate) converged: bool,
-    pub(crate) trail: Trail,
-    pub(crate) progress: Progress,
+    builder: GraphBuilder,
+    link_model: LinkModel,
+    smoother: Smoother,
+    converged: bool,
+    coverage: CoverageTracker,
+    progress: Progress,
     group: Group,
-    /// The way back to before the group, once it has been solved for.
-    solved: Option<WayBack>,
+    /// What leads back to before the group, once it has been solved for.
+    rollback: Option<Rollback>,
     /// What the fold will be after a group that cannot be solved for as a whole.
-    mended: Option<Box<Fold>>,
+    repaired: Option<Box<Fold>>,
     late: Vec<Refusal>,
-    pub(crate) robot: Option<RobotNow>,
-    pub(crate) view: Option<Arc<View>>,
-    /// What views tell of keyframes that were in the graph before the group, as far as one has been taken since.
-    pub(crate) known: SharedVec<Known>,
+    robot: Option<RobotEstimate>,
+    view: Option<Arc<View>>,
+    /// What views tell of keyframes that were in the graph before the group, as far as one has been taken
+    /// since.
+    keyframe_infos: SharedVec<KeyframeInfo>,
     /// What its views derive and leave to later ones.
-    pub(crate) cache: DerivedCache,
+    cache: DerivedCache,
 }
 
 /// What came since the last keyframe's event, that one included.
@@ -81,16 +73,16 @@ pub struct Fold {
 struct Group {
     changes: Vec<(u64, Change)>,
     additions: Vec<Addition>,
-    foresight: Foresight,
+    gate: Gate,
     refused: BTreeSet<u64>,
 }
 
 #[derive(Clone, Debug)]
-struct WayBack {
+struct Rollback {
     smoother: Smoother,
     converged: bool,
     progress: Progress,
-    moved: Moved,
+    moved: MovedCameras,
 }
 
 impl Fold {
@@ -98,35 +90,35 @@ impl Fold {
     pub fn new(settings: Settings, limits: Limits) -> Fold {
         Fold {
             limits,
-            book: Book::default(),
+            builder: GraphBuilder::default(),
             link_model: settings.link_model.clone(),
             smoother: Smoother::new(SmootherSettings {
                 relinearize_above: STREAM_TOLERANCE,
                 max_iterations: STREAM_ITERATIONS,
             }),
             converged: true,
-            trail: Trail::new(settings.coverage.clone()),
+            coverage: CoverageTracker::new(settings.coverage.clone()),
             progress: Progress::default(),
             group: Group::default(),
-            solved: None,
-            mended: None,
+            rollback: None,
+            repaired: None,
             late: Vec::new(),
             robot: None,
             view: None,
-            known: SharedVec::default(),
+            keyframe_infos: SharedVec::default(),
             cache: DerivedCache::default(),
             settings: Arc::new(settings),
         }
     }
 
-    /// Applies a change. Returns what is refused: this event (nothing has changed then), or earlier ones that could
-    /// only be judged now. Cost: that of solving for the last group if a keyframe begins a new one, else of looking
-    /// up what is named.
+    /// Applies a change. Returns what is refused: this event (nothing has changed then), or earlier ones that
+    /// could only be judged now. Cost: that of solving for the last group if a keyframe begins a new one,
+    /// else of looking up what is named.
     pub fn apply(&mut self, seq: u64, change: Change) -> Vec<Refusal> {
         let mut refused = Vec::new();
         let result = match change {
             Change::Link { from, to, registered } => self.learn(from, to, registered),
-            Change::Keyframe(ref keyframe) => match self.book.check_new(keyframe.id, &self.limits) {
+            Change::Keyframe(ref keyframe) => match self.builder.check_new(keyframe.id, &self.limits) {
                 Ok(()) => {
                     refused = self.close();
                     self.note(seq, change).map(|late| refused.extend(late))
@@ -141,20 +133,20 @@ impl Fold {
 
     /// Solves for everything that has come, so that what follows answers at once. Changes no later bit.
     pub fn look_ahead(&mut self) {
-        if self.solved.is_some() || self.mended.is_some() || self.group.changes.is_empty() {
+        if self.rollback.is_some() || self.repaired.is_some() || self.group.changes.is_empty() {
             return;
         }
         if self.solve().is_err() {
-            let mut mended = self.clone();
-            mended.mend();
-            self.mended = Some(Box::new(mended));
+            let mut repaired = self.clone();
+            repaired.repair();
+            self.repaired = Some(Box::new(repaired));
         }
     }
 
     fn learn(&mut self, from: u64, to: u64, registered: bool) -> Result<(), StateError> {
         let saliency = |name: &str, keyframe| {
             let unknown = || StateError::UnknownKeyframe { field: format!("link.{name}"), keyframe };
-            Ok(self.book.keyframes.get(&keyframe).ok_or_else(unknown)?.saliency.local)
+            Ok(self.builder.keyframes.get(&keyframe).ok_or_else(unknown)?.saliency.local)
         };
         let pair = (saliency("from", from)?, saliency("to", to)?);
         if from == to {
@@ -163,16 +155,17 @@ impl Fold {
             return Err(StateError::Invalid { field: "link.to".to_string(), problem });
         }
         self.link_model.record(pair.0, pair.1, registered);
-        self.mended = None;
+        self.repaired = None;
         self.view = None;
         Ok(())
     }
 
     fn note(&mut self, seq: u64, change: Change) -> Result<Vec<Refusal>, StateError> {
-        self.step_back();
-        let Group { additions, foresight, .. } = &mut self.group;
-        let mut judge = Judge::Belief(&self.smoother, foresight);
-        let mut late = self.book.note(seq, &change, &self.settings, &self.limits, &mut judge, additions)?;
+        self.roll_back();
+        let Group { additions, gate, .. } = &mut self.group;
+        let mut admit = Admit::Belief(&self.smoother, gate);
+        let mut late =
+            self.builder.note(seq, &change, &self.settings, &self.limits, &mut admit, additions)?;
         late.retain(|refusal| self.group.refused.insert(refusal.seq));
         self.group.changes.push((seq, change));
         (self.robot, self.view) = (None, None);
@@ -182,25 +175,25 @@ impl Fold {
     /// Ends the group; returns the events of it that had to be undone.
     fn close(&mut self) -> Vec<Refusal> {
         self.look_ahead();
-        if let Some(mended) = self.mended.take() {
-            *self = *mended;
+        if let Some(repaired) = self.repaired.take() {
+            *self = *repaired;
         }
-        self.settle();
+        self.commit();
         std::mem::take(&mut self.late)
     }
 
-    fn settle(&mut self) {
-        self.solved = None;
+    fn commit(&mut self) {
+        self.rollback = None;
         self.group = Group::default();
-        self.book.settle();
+        self.builder.commit();
     }
 
     /// Takes the group again change by change and leaves out those that the graph cannot be solved with.
-    fn mend(&mut self) {
-        self.book.undo();
+    fn repair(&mut self) {
+        self.builder.undo();
         let group = std::mem::take(&mut self.group);
         // What waited and was refused by the group stays refused.
-        self.book.waiting.retain(|seq, _| !group.refused.contains(seq));
+        self.builder.deferred.retain(|seq, _| !group.refused.contains(seq));
         let mut reported = group.refused;
         for (seq, change) in group.changes {
             let mut refused = Vec::new();
@@ -209,88 +202,69 @@ impl Fold {
                 Ok(late) => {
                     refused.extend(late);
                     if let Err(error) = self.solve() {
-                        self.book.undo();
-                        refused.push(Refusal {
-                            seq,
-                            error: convert::error::unsolvable(&self.book.nodes, error),
-                        });
+                        self.builder.undo();
+                        refused
+                            .push(Refusal { seq, error: translate::unsolvable(&self.builder.nodes, error) });
                     }
                 }
             }
-            self.settle();
+            self.commit();
             refused.retain(|refusal| reported.insert(refusal.seq));
             self.late.extend(refused);
         }
     }
 
-    /// Advances the smoother over the group and remembers the way back.
+    /// Advances the smoother over the group, and keeps what leads back.
     fn solve(&mut self) -> Result<(), KernelError> {
-        let mut ahead = self.smoother.clone();
+        let mut advanced = self.smoother.clone();
         let mut converged = self.converged;
         for addition in &self.group.additions {
             match addition {
-                Addition::Keyframe(pose) => drop(ahead.add_keyframe(*pose)),
-                Addition::Factor(factor) => ahead.add_factor((**factor).clone())?,
+                Addition::Keyframe(pose) => drop(advanced.add_keyframe(*pose)),
+                Addition::Factor(factor) => advanced.add_factor((**factor).clone())?,
             }
         }
         if !self.group.additions.is_empty() {
-            ahead.advance()?;
+            advanced.advance()?;
             converged = true;
-            if is_due(ahead.len()) && ahead.len() > self.smoother.len() {
-                converged = settle(&mut ahead)?;
+            if relinearization::is_due(advanced.len()) && advanced.len() > self.smoother.len() {
+                converged = relinearization::relinearize(&mut advanced)?;
             }
         }
-        let mut back = WayBack {
-            smoother: std::mem::replace(&mut self.smoother, ahead),
+        let mut rollback = Rollback {
+            smoother: std::mem::replace(&mut self.smoother, advanced),
             converged: std::mem::replace(&mut self.converged, converged),
             progress: self.progress,
-            moved: Moved::default(),
+            moved: MovedCameras::default(),
         };
-        let (book, moved) = (&self.book, self.smoother.take_moved());
-        back.moved = self.trail.follow(self.smoother.linearizations(), &moved, |node| {
-            let keyframe = book.nodes[node];
-            (keyframe, book.keyframes[&keyframe].body_from_camera)
+        let (builder, moved) = (&self.builder, self.smoother.take_moved());
+        rollback.moved = self.coverage.follow(self.smoother.linearizations(), &moved, |node| {
+            let keyframe = builder.nodes[node];
+            (keyframe, builder.keyframes[&keyframe].body_from_camera)
         });
-        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.book.newest) {
+        if let (Some(survey), Some(robot)) = (&self.settings.survey, self.builder.newest) {
             self.progress = survey.advance(self.progress, self.smoother.estimate(robot).translation.vector);
         }
-        self.solved = Some(back);
+        self.rollback = Some(rollback);
         Ok(())
     }
 
-    /// This, or what it will be once the group is mended. To be called after [`Fold::look_ahead`].
-    pub(crate) fn ahead(&self) -> &Fold {
-        self.mended.as_deref().unwrap_or(self)
+    /// This, or what it will be once the group is repaired. To be called after [`Fold::look_ahead`].
+    fn lookahead(&self) -> &Fold {
+        self.repaired.as_deref().unwrap_or(self)
     }
 
     /// Keyframes that were in the graph before the group, and stay whatever becomes of it.
-    pub(crate) fn nodes_before_group(&self) -> usize {
-        self.solved.as_ref().map_or(&self.smoother, |back| &back.smoother).len()
+    fn nodes_before_group(&self) -> usize {
+        self.rollback.as_ref().map_or(&self.smoother, |rollback| &rollback.smoother).len()
     }
 
     /// Undoes [`Fold::look_ahead`].
-    fn step_back(&mut self) {
-        self.mended = None;
-        let Some(back) = self.solved.take() else { return };
-        self.trail.step_back(back.moved);
-        (self.smoother, self.converged, self.progress) = (back.smoother, back.converged, back.progress);
+    fn roll_back(&mut self) {
+        self.repaired = None;
+        let Some(rollback) = self.rollback.take() else { return };
+        self.coverage.roll_back(rollback.moved);
+        (self.smoother, self.converged, self.progress) =
+            (rollback.smoother, rollback.converged, rollback.progress);
     }
-}
-
-/// Whether a graph of so many keyframes settles with the newest.
-fn is_due(keyframes: usize) -> bool {
-    SETTLE_EVERY.iter().find(|(most, _)| keyframes <= *most).is_some_and(|(_, every)| keyframes % every == 0)
-}
-
-/// Steps until every linearisation point is at the estimate, as close as the size of the graph asks; false if that takes
-/// too long.
-pub(crate) fn settle(smoother: &mut Smoother) -> Result<bool, KernelError> {
-    let is_small = smoother.len() <= SMALL_GRAPH;
-    let tolerance = if is_small { SETTLED_TOLERANCE } else { SETTLED_TOLERANCE_OF_LARGE };
-    for _ in 0..SETTLE_ROUNDS {
-        if smoother.relinearize(tolerance)?.converged {
-            return Ok(true);
-        }
-    }
-    Ok(false)
 }

@@ -1,9 +1,9 @@
 //! What happened to a mission, entry by entry: what its journal keeps, and what it is a fold of.
 
-use crate::event::{Event, Undecodable};
+use crate::event::Event;
 use pdn_schemas::codec::{CodecError, Format, Message, decode, encode};
-use pdn_schemas::problem::{Code, Problem};
-use pdn_schemas::record::{CommandTaken, Configured, DecisionTaken, Kind, Reopened, UnreadEvent};
+use pdn_schemas::problem::Problem;
+use pdn_schemas::record::{CommandTaken, Configured, DecisionTaken, Kind, Reopened};
 
 /// Version of the software, which is written beside what depends on it.
 pub const SOFTWARE: &str = concat!("pdnd ", env!("CARGO_PKG_VERSION"));
@@ -42,7 +42,7 @@ impl Entry {
     pub fn kind(&self) -> Kind {
         match self {
             Entry::Configured(_) => Kind::Configured,
-            Entry::Event(event) => event_kind(event),
+            Entry::Event(event) => event.kind(),
             Entry::Refused(_) => Kind::Refused,
             Entry::TurnedAway(_) => Kind::TurnedAway,
             Entry::Command(_) => Kind::Command,
@@ -56,26 +56,16 @@ impl Entry {
     /// # Errors
     /// [`CodecError::TooLarge`] for what no reader would take.
     pub fn record(&self) -> Result<Record, CodecError> {
-        match self {
-            Entry::Event(event) => event_record(event),
-            Entry::Configured(message) => of(self.kind(), message.as_ref()),
-            Entry::Refused(message) | Entry::TurnedAway(message) => of(self.kind(), message),
-            Entry::Command(message) => of(self.kind(), message),
-            Entry::Decided(message) => of(self.kind(), message.as_ref()),
-            Entry::Reopened(message) => of(self.kind(), message),
-        }
+        Ok(Record { kind: self.kind(), payload: self.content(Format::Bincode)? })
     }
 
     /// What it says, in either format of the contract.
     ///
     /// # Errors
-    /// As [`Entry::record`].
+    /// As [`Entry::record`]; [`CodecError::NotFinite`] for what JSON cannot say.
     pub fn content(&self, format: Format) -> Result<Vec<u8>, CodecError> {
         match self {
-            Entry::Event(Event::Keyframe(message)) => encode(message, format),
-            Entry::Event(Event::Factor(message)) => encode(message, format),
-            Entry::Event(Event::Link(message)) => encode(message, format),
-            Entry::Event(Event::Undecodable(event)) => encode(&unread(event), format),
+            Entry::Event(event) => event.encode(format),
             Entry::Configured(message) => encode(message.as_ref(), format),
             Entry::Refused(message) | Entry::TurnedAway(message) => encode(message, format),
             Entry::Command(message) => encode(message, format),
@@ -92,10 +82,9 @@ impl Entry {
         let bytes = &record.payload;
         Ok(match record.kind {
             Kind::Configured => Entry::Configured(Box::new(read(bytes)?)),
-            Kind::Keyframe => Entry::Event(Event::Keyframe(read(bytes)?)),
-            Kind::Factor => Entry::Event(Event::Factor(read(bytes)?)),
-            Kind::Link => Entry::Event(Event::Link(read(bytes)?)),
-            Kind::Unread => Entry::Event(Event::Undecodable(undecodable(read(bytes)?)?)),
+            kind @ (Kind::Keyframe | Kind::Factor | Kind::Link | Kind::Unread) => {
+                Entry::Event(Event::decode(kind, bytes)?)
+            }
             Kind::Refused => Entry::Refused(read(bytes)?),
             Kind::TurnedAway => Entry::TurnedAway(read(bytes)?),
             Kind::Command => Entry::Command(read(bytes)?),
@@ -103,46 +92,6 @@ impl Entry {
             Kind::Reopened => Entry::Reopened(read(bytes)?),
         })
     }
-}
-
-/// An event as bytes, without taking it.
-pub(crate) fn event_record(event: &Event) -> Result<Record, CodecError> {
-    let kind = event_kind(event);
-    match event {
-        Event::Keyframe(message) => of(kind, message),
-        Event::Factor(message) => of(kind, message),
-        Event::Link(message) => of(kind, message),
-        Event::Undecodable(event) => of(kind, &unread(event)),
-    }
-}
-
-fn unread(event: &Undecodable) -> UnreadEvent {
-    UnreadEvent {
-        mission: event.mission.clone(),
-        seq: event.seq,
-        code: event.code.name().to_owned(),
-        message: event.message.clone(),
-    }
-}
-
-fn event_kind(event: &Event) -> Kind {
-    match event {
-        Event::Keyframe(_) => Kind::Keyframe,
-        Event::Factor(_) => Kind::Factor,
-        Event::Link(_) => Kind::Link,
-        Event::Undecodable(_) => Kind::Unread,
-    }
-}
-
-fn undecodable(message: UnreadEvent) -> Result<Undecodable, CodecError> {
-    let UnreadEvent { mission, seq, code, message } = message;
-    let reason = format!("no code is named {code:?}");
-    let code = Code::from_name(&code).ok_or(CodecError::Bincode { message: UnreadEvent::NAME, reason })?;
-    Ok(Undecodable { mission, seq, code, message })
-}
-
-fn of<T: Message>(kind: Kind, message: &T) -> Result<Record, CodecError> {
-    Ok(Record { kind, payload: encode(message, Format::Bincode)? })
 }
 
 fn read<T: Message>(bytes: &[u8]) -> Result<T, CodecError> {

@@ -1,62 +1,73 @@
 //! A mission as a fold of events: the same configuration and events give the same state, and so the same
 //! decisions, bit for bit.
 //!
-//! Reading order. What can go wrong and how much is allowed: [`error`], [`limits`]. What happens to a mission:
-//! [`lifecycle`], [`event`], `ingest` (the order of events), [`history`] (entry by entry), `chronicle` (what of it is
-//! written down). What events do: `change` (an event that has been checked), `settings`, `book` (which keyframes are in
-//! the graph and which wait), `fold` (the pose graph, the area and P_L that grow with them), `trail`, `survey`, `view`
-//! (the state at a moment, immutable). Who owns it: [`mission`], [`vehicle`]. What is answered: [`answer`]. What
-//! survives: [`journal`] (the file), [`checkpoint`] (what spares solving it again), [`recovery`] (a mission from its journal), [`replay`] (its decisions once more).
-//! Where the messages of the contract meet the types of the method: `convert`, and nowhere else.
+//! The modules stand in the order in which each rests on those before it; none names a later one.
+//!
+//! - How much is allowed: [`limits`]. Phases and what leads from one to another: [`lifecycle`].
+//! - What happens to a mission: [`event`], [`history`] (entry by entry), [`journal`] (the file that keeps it).
+//! - The mission's configuration in the types of the method: `settings`, `survey`. What an event says in these:
+//!   `change`. What can be refused, and why: [`error`], [`outcome`].
+//! - What is asked of a moment: `view` (immutable, at linearisation points by `relinearization`), [`request`].
+//! - Where the messages of the contract meet the types of the method, and nowhere else: `convert`.
+//! - What events add up to: `gate` (whether a measurement can be true), `graph_builder` (which keyframes are in the
+//!   graph and which measurements wait for one), `coverage_tracker` (the area), `fold` (all of it, and P_L).
+//! - The order of events: `ingest`. What of a history is still to be written: `record_log`.
+//! - What is answered: [`answer`]. One mission: [`mission`], and what spares solving for it again: [`checkpoint`]. A
+//!   mission from its journal: [`recovery`]; its decisions once more: [`replay`]. Who owns missions: [`vehicle`].
 //!
 //! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is passed in,
-//! questions that take long are jobs that the caller runs where it likes, and what is to be written waits to be taken
-//! ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`], [`Vehicle::offer`], [`Vehicle::command`] and
+//! questions that take long are jobs that the caller runs where it likes, and what is to be written waits to be
+//! taken ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`], [`Vehicle::offer`], [`Vehicle::command`] and
 //! [`Mission::record`] are all that changes one.
 
-pub mod error;
 pub mod limits;
 
 pub mod lifecycle;
 
 pub mod event;
-mod ingest;
-pub mod offered;
-
-mod chronicle;
 pub mod history;
-
-mod book;
-mod change;
-mod settings;
-
-mod fold;
-mod survey;
-mod trail;
-mod view;
-
-pub mod mission;
-pub mod vehicle;
-
-pub mod answer;
-
 pub mod journal;
 
-pub mod checkpoint;
-pub mod recovery;
-pub mod replay;
+mod settings;
+mod survey;
+
+mod change;
+
+pub mod error;
+pub mod outcome;
+
+mod relinearization;
+mod view;
+
+pub mod request;
 
 mod convert;
 
-pub use answer::{
-    DecisionJob, DecisionOutcome, DecisionRequest, EvaluateJob, GraphJob, WaypointsJob, WhatIf,
-};
-pub use error::StateError;
+mod coverage_tracker;
+mod fold;
+mod gate;
+mod graph_builder;
+
+mod ingest;
+mod record_log;
+
+pub mod answer;
+pub mod checkpoint;
+pub mod mission;
+
+pub mod recovery;
+pub mod replay;
+
+pub mod vehicle;
+
+pub use answer::{DecisionJob, DecisionOutcome, EvaluateJob, GraphJob, WaypointsJob};
+pub use error::{Absence, StateError};
 pub use event::{Event, Undecodable};
 pub use history::{Entry, Record, SOFTWARE};
 pub use journal::{Journal, JournalError};
 pub use lifecycle::Operation;
 pub use limits::Limits;
 pub use mission::Mission;
-pub use offered::{Offered, Refusal};
-pub use vehicle::{Absence, Prepared, Unwritten, Vehicle};
+pub use outcome::{OfferOutcome, Refusal};
+pub use request::{DecisionRequest, WhatIf};
+pub use vehicle::{PreparedMission, Unwritten, Vehicle};

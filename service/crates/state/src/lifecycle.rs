@@ -10,7 +10,6 @@
 //! aborted      -        -       -        -      -          -
 //! ```
 
-use crate::error::StateError;
 use pdn_schemas::reply::Phase;
 
 /// What changes the phase of a mission.
@@ -53,7 +52,8 @@ impl Operation {
         }
     }
 
-    /// Whether it can only keep the vehicle from being sent somewhere, so that it is done whatever the disk says.
+    /// Whether it can only keep the vehicle from being sent somewhere, so that it is done whatever the disk
+    /// says.
     pub fn is_careful(self) -> bool {
         !matches!(self, Operation::Start | Operation::Resume)
     }
@@ -64,12 +64,28 @@ impl Operation {
     }
 }
 
+/// An operation that the phase does not allow.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "\"{operation}\" is not possible while the mission is {}; possible now: {}",
+    name(*.phase),
+    listed(.legal)
+)]
+pub struct IllegalTransition {
+    /// What was asked.
+    pub operation: &'static str,
+    /// The phase it was asked in.
+    pub phase: Phase,
+    /// What would have been possible.
+    pub legal: Vec<&'static str>,
+}
+
 /// The phase after `operation` in `phase`.
 ///
 /// # Errors
-/// [`StateError::IllegalTransition`], which names the phase and what is legal in it.
-pub fn transition(phase: Phase, operation: Operation) -> Result<Phase, StateError> {
-    next(phase, operation).ok_or_else(|| StateError::IllegalTransition {
+/// [`IllegalTransition`], which names the phase and what is legal in it.
+pub fn transition(phase: Phase, operation: Operation) -> Result<Phase, IllegalTransition> {
+    next(phase, operation).ok_or_else(|| IllegalTransition {
         operation: operation.name(),
         phase,
         legal: Operation::ALL
@@ -110,6 +126,10 @@ pub(crate) fn how_to_run(phase: Phase) -> &'static str {
         Phase::Running => "ask again",
         Phase::Completed | Phase::Aborted => "ask a what-if, or configure a new mission",
     }
+}
+
+fn listed(words: &[&'static str]) -> String {
+    if words.is_empty() { "nothing, it has ended".to_string() } else { words.join(", ") }
 }
 
 fn next(phase: Phase, operation: Operation) -> Option<Phase> {
@@ -155,10 +175,7 @@ mod tests {
                         let text = error.to_string();
                         assert!(text.contains(name) && text.contains(row[0]), "{text}");
                         for (other, cell) in table[0].iter().zip(&row[1..]) {
-                            let StateError::IllegalTransition { legal, .. } = &error else {
-                                panic!("{error}")
-                            };
-                            assert_eq!(legal.contains(other), *cell != "-");
+                            assert_eq!(error.legal.contains(other), *cell != "-");
                         }
                     }
                 }

@@ -3,6 +3,9 @@
 use pdn_schemas::limits;
 use pdn_schemas::record::Bounds;
 
+/// How far the norm of a quaternion or direction may be from 1; within it the value is normalised.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-6;
+
 /// Bounds of one vehicle and of each of its missions. Each is named in the configuration of the daemon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -10,8 +13,10 @@ pub struct Limits {
     pub max_missions: usize,
     /// Mission ids that a vehicle may ever have used.
     pub max_mission_ids: usize,
-    /// Events that may wait for a missing one.
+    /// Events of one mission that may wait for a missing one.
     pub max_buffered_events: usize,
+    /// Bytes, as sent, of the events that wait for a missing one, over all missions of the vehicle.
+    pub max_buffered_bytes: usize,
     /// Events of one mission, applied and refused.
     pub max_events: u64,
     /// Keyframes of one mission.
@@ -77,6 +82,7 @@ impl Default for Limits {
             max_missions: 16,
             max_mission_ids: 65_536,
             max_buffered_events: limits::MAX_BUFFERED_EVENTS as usize,
+            max_buffered_bytes: 16 << 20,
             max_events: 10_000_000,
             max_keyframes: limits::MAX_KEYFRAMES as usize,
             max_factors: limits::MAX_FACTORS as usize,

@@ -24,8 +24,9 @@ pub struct Recovered {
     pub passed_over: Option<Unusable>,
 }
 
-/// As [`recover`], from a checkpoint on if there are bytes of one and it is of this journal: the same mission, bit for
-/// bit, but nothing before the checkpoint is solved for again, and refusals before it are taken as they stand.
+/// As [`recover`], from a checkpoint on if there are bytes of one and it is of this journal: the same
+/// mission, bit for bit, but nothing before the checkpoint is solved for again, and refusals before it are
+/// taken as they stand.
 ///
 /// # Errors
 /// As [`recover`].
@@ -37,7 +38,7 @@ pub fn recover_from(
     let Some(checkpoint) = checkpoint else { return recover(journal, limits) };
     let passed_over = match Checkpoint::from_bytes(checkpoint, journal) {
         Err(unusable) => unusable,
-        Ok(checkpoint) => match fold(journal, Folding::to(checkpoint, limits)) {
+        Ok(checkpoint) => match fold(journal, Recovery::to(checkpoint, limits)) {
             Ok(recovered) => return Ok(recovered),
             // Should the journal itself be damaged, it is found again without the checkpoint.
             Err(error) => Unusable::Unfit(error.to_string()),
@@ -49,24 +50,26 @@ pub fn recover_from(
 /// Folds the whole journal.
 ///
 /// # Errors
-/// [`JournalError::Damaged`] from the first record on that is not whole or cannot be history: nothing is passed over.
+/// [`JournalError::Damaged`] from the first record on that is not whole or cannot be history: nothing is
+/// passed over.
 pub fn recover(journal: &Journal, limits: Limits) -> Result<Recovered, JournalError> {
-    fold(journal, Folding::new(limits))
+    fold(journal, Recovery::new(limits))
 }
 
-fn fold(journal: &Journal, mut folding: Folding) -> Result<Recovered, JournalError> {
+fn fold(journal: &Journal, mut recovery: Recovery) -> Result<Recovered, JournalError> {
     for read in journal.records()? {
         let (number, record) = read?;
         let entry = Entry::read(&record).map_err(|error| JournalError::damaged(number, error.to_string()))?;
-        folding.take(entry).map_err(|what| JournalError::damaged(number, what))?;
+        recovery.take(entry).map_err(|what| JournalError::damaged(number, what))?;
     }
-    folding.arrive().map_err(|what| JournalError::damaged(journal.len(), what))?;
-    folding.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))
+    recovery.finish_fast_forward().map_err(|what| JournalError::damaged(journal.len(), what))?;
+    recovery.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))
 }
 
-/// A mission on its way from entry to entry. Refusals that follow from the entries are compared with those recorded.
+/// A mission on its way from entry to entry. Refusals that follow from the entries are compared with those
+/// recorded.
 #[derive(Clone, Debug)]
-pub struct Folding {
+pub struct Recovery {
     limits: Limits,
     mission: Option<Mission>,
     vehicle: String,
@@ -76,10 +79,10 @@ pub struct Folding {
     checkpoint: Option<Box<Checkpoint>>,
 }
 
-impl Folding {
+impl Recovery {
     /// Before the first entry. `limits` give what the mission's own bounds do not name.
-    pub fn new(limits: Limits) -> Folding {
-        Folding {
+    pub fn new(limits: Limits) -> Recovery {
+        Recovery {
             limits,
             mission: None,
             vehicle: String::new(),
@@ -90,8 +93,8 @@ impl Folding {
     }
 
     /// Before the first entry, with a checkpoint ahead.
-    fn to(checkpoint: Checkpoint, limits: Limits) -> Folding {
-        Folding { checkpoint: Some(Box::new(checkpoint)), ..Folding::new(limits) }
+    fn to(checkpoint: Checkpoint, limits: Limits) -> Recovery {
+        Recovery { checkpoint: Some(Box::new(checkpoint)), ..Recovery::new(limits) }
     }
 
     /// The mission so far; none before the first entry.
@@ -106,7 +109,7 @@ impl Folding {
     pub fn take(&mut self, entry: Entry) -> Result<(), String> {
         // Refusals that follow on the checkpoint's event are of the group before it.
         if !matches!(entry, Entry::Refused(_)) {
-            self.arrive()?;
+            self.finish_fast_forward()?;
         }
         if let Entry::Configured(configured) = entry {
             return self.configure(*configured);
@@ -120,7 +123,7 @@ impl Folding {
         let Some(mission) = &mut self.mission else {
             return Err("the mission was not configured before it".to_owned());
         };
-        let refused = mission.relive(entry).map_err(|error| error.to_string())?;
+        let refused = mission.replay(entry).map_err(|error| error.to_string())?;
         self.expected.extend(refused);
         Ok(())
     }
@@ -132,10 +135,12 @@ impl Folding {
     }
 
     /// Arrives at the checkpoint if its event was the last one taken.
-    fn arrive(&mut self) -> Result<(), String> {
+    fn finish_fast_forward(&mut self) -> Result<(), String> {
         let Some(mission) = &mut self.mission else { return Ok(()) };
         let is_behind = |checkpoint: &mut Box<Checkpoint>| checkpoint.record < mission.records();
-        self.checkpoint.take_if(is_behind).map_or(Ok(()), |checkpoint| mission.arrive(*checkpoint))
+        self.checkpoint
+            .take_if(is_behind)
+            .map_or(Ok(()), |checkpoint| mission.finish_fast_forward(*checkpoint))
     }
 
     fn configure(&mut self, configured: Configured) -> Result<(), String> {
@@ -150,7 +155,7 @@ impl Folding {
         let mut mission = Mission::configured(configured, self.limits, records)
             .map_err(|error: StateError| error.to_string())?;
         if self.checkpoint.is_some() {
-            mission.hurry();
+            mission.begin_fast_forward();
         }
         self.mission = Some(mission);
         Ok(())
@@ -164,7 +169,8 @@ impl Folding {
         self.expected.clear();
     }
 
-    /// A refusal as recorded against the one that came out; the last refusals of a crash may not have been recorded.
+    /// A refusal as recorded against the one that came out; the last refusals of a crash may not have been
+    /// recorded.
     fn compare(&mut self, found: &Problem) {
         let expected = self.expected.pop_front();
         let bytes = |problem: &Problem| encode(problem, Format::Bincode).unwrap_or_default();
@@ -176,7 +182,7 @@ impl Folding {
 
     /// Keeps the first difference.
     fn note_difference(&mut self, seq: Option<u64>, recorded: &str, now: &str) {
-        let told = || format!("event {seq:?}: recorded \"{recorded}\", with {SOFTWARE} \"{now}\"");
-        self.differs.get_or_insert_with(told);
+        let difference = || format!("event {seq:?}: recorded \"{recorded}\", with {SOFTWARE} \"{now}\"");
+        self.differs.get_or_insert_with(difference);
     }
 }

@@ -1,13 +1,13 @@
-//! The decisions of a journal once more: each recomputed from what the mission knew when it was asked, and compared
-//! bit for bit with what was recorded; and what would have been decided under other assumptions.
+//! The decisions of a journal once more: each recomputed from what the mission knew when it was asked, and
+//! compared bit for bit with what was recorded; and what would have been decided under other assumptions.
 
-use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;
 use crate::history::Entry;
 use crate::journal::{Journal, JournalError};
 use crate::limits::Limits;
 use crate::mission::Mission;
-use crate::recovery::Folding;
+use crate::recovery::Recovery;
+use crate::request::{DecisionRequest, WhatIf};
 use pdn_schemas::record::{DecisionTaken, Kind};
 use pdn_schemas::reply::{Action, Decision};
 use rayon::ThreadPool;
@@ -83,7 +83,8 @@ pub fn place(decision: &Decision) -> Option<u64> {
     }
 }
 
-/// Folds the journal and decides wherever a decision was recorded. `progress` hears how many records are done.
+/// Folds the journal and decides wherever a decision was recorded. `progress` hears how many records are
+/// done.
 ///
 /// # Errors
 /// As [`crate::recovery::recover`].
@@ -96,12 +97,12 @@ pub fn replay(
 ) -> Result<Report, JournalError> {
     let mut asked = asked(journal)?;
     let mut computed = BTreeMap::new();
-    let mut folding = Folding::new(limits);
+    let mut recovery = Recovery::new(limits);
     let mut decisions = Vec::new();
     for read in journal.records()? {
         let (number, record) = read?;
         for (decision, request) in asked.remove(&number).unwrap_or_default() {
-            let Some(mission) = folding.mission() else { continue };
+            let Some(mission) = recovery.mission() else { continue };
             computed.insert(decision, Again::decide(mission, request, assumptions, pool));
         }
         let damaged = |what: String| JournalError::damaged(number, what);
@@ -112,10 +113,10 @@ pub fn replay(
                 again.ok_or_else(|| damaged("it rests on records that are not before it".to_owned()))?;
             decisions.push(again.compared((**taken).clone()));
         }
-        folding.take(entry).map_err(damaged)?;
+        recovery.take(entry).map_err(damaged)?;
         progress(number + 1);
     }
-    let recovered = folding.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))?;
+    let recovered = recovery.finish().ok_or_else(|| JournalError::damaged(0, "there is no record"))?;
     Ok(Report {
         vehicle: recovered.vehicle,
         mission: recovered.mission,

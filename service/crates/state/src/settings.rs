@@ -15,7 +15,8 @@ pub struct Settings {
     pub body_from_camera: Pose,
     /// How much a factor counts when the estimate disagrees.
     pub losses: Losses,
-    /// Covariance of the prior on the first keyframe, `[m; rad]` in its body axes; none if a prior factor will come.
+    /// Covariance of the prior on the first keyframe, `[m; rad]` in its body axes; none if a prior factor
+    /// will come.
     pub first_keyframe_covariance: Option<Matrix6<f64>>,
     /// The rasters of the target, empty.
     pub coverage: Coverage,

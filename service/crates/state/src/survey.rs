@@ -40,10 +40,10 @@ impl Survey {
 
     /// Progress once the robot is at `robot` (world, m).
     ///
-    /// It never falls. The robot is projected on the part of the way from where it had come up to twice the distance
-    /// that it moved since (a neighbouring line, passed earlier or later, lies outside of that part), and gets there
-    /// if that place is within the corridor: a revisit leaves the way and gains nothing. Before its first look the
-    /// robot is taken to have come from the way's beginning.
+    /// It never falls. The robot is projected on the part of the way from where it had come up to twice the
+    /// distance that it moved since (a neighbouring line, passed earlier or later, lies outside of that
+    /// part), and gets there if that place is within the corridor: a revisit leaves the way and gains
+    /// nothing. Before its first look the robot is taken to have come from the way's beginning.
     pub fn advance(&self, progress: Progress, robot: Vector3<f64>) -> Progress {
         let moved_m = (robot - progress.last.unwrap_or(self.points[0])).norm();
         let until_m = progress.done_m + 2.0 * moved_m;

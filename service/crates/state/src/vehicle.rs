@@ -1,20 +1,17 @@
 //! The missions of one vehicle, owned by one task.
 
-use crate::error::StateError;
-use crate::event::{Event, Undecodable};
+use crate::error::{Absence, StateError};
+use crate::event::Event;
 use crate::history::{Record, SOFTWARE};
 use crate::lifecycle::{self, Operation};
 use crate::limits::Limits;
 use crate::mission::Mission;
-use crate::offered::Offered;
+use crate::outcome::OfferOutcome;
 use pdn_schemas::config::MissionConfig;
-use pdn_schemas::problem::Code;
 use pdn_schemas::record::Configured;
 use std::collections::{BTreeMap, BTreeSet};
 
 mod restore;
-
-pub use restore::Absence;
 
 /// The missions of one vehicle: the current one, which is the last that was configured, and those that ended.
 #[derive(Clone, Debug)]
@@ -33,7 +30,7 @@ pub struct Vehicle {
 
 /// A configuration that has been checked, and that nothing depends on yet.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedMission {
     mission: Mission,
     replaces: bool,
 }
@@ -75,8 +72,8 @@ impl Vehicle {
     /// replaced if it has the same id and no event yet, else it is aborted.
     ///
     /// # Errors
-    /// [`StateError::MissionActive`], [`StateError::MissionUsed`], [`StateError::Limit`], or what is wrong with the
-    /// configuration, with the path of its field. Nothing has changed then.
+    /// [`StateError::MissionActive`], [`StateError::MissionUsed`], [`StateError::Limit`], or what is wrong
+    /// with the configuration, with the path of its field. Nothing has changed then.
     pub fn configure(&mut self, config: MissionConfig, now_ns: u64) -> Result<&mut Mission, StateError> {
         let prepared = self.prepare(config, now_ns)?;
         self.adopt(prepared, now_ns)
@@ -86,7 +83,7 @@ impl Vehicle {
     ///
     /// # Errors
     /// As [`Vehicle::configure`].
-    pub fn prepare(&self, config: MissionConfig, now_ns: u64) -> Result<Prepared, StateError> {
+    pub fn prepare(&self, config: MissionConfig, now_ns: u64) -> Result<PreparedMission, StateError> {
         let id = config.mission.clone();
         let current = self.current.as_ref().and_then(|current| self.missions.get(current));
         if let Some(current) = current.filter(|current| lifecycle::is_active(current.phase())) {
@@ -121,15 +118,15 @@ impl Vehicle {
         if self.kept_as.is_some() {
             mission.keep_history(configured)?;
         }
-        Ok(Prepared { mission, replaces: replaced.is_some() })
+        Ok(PreparedMission { mission, replaces: replaced.is_some() })
     }
 
     /// The rest of [`Vehicle::configure`]; `prepared` is this vehicle's, and nothing has happened since.
     ///
     /// # Errors
     /// [`StateError::Internal`] if a history cannot be noted.
-    pub fn adopt(&mut self, prepared: Prepared, now_ns: u64) -> Result<&mut Mission, StateError> {
-        let Prepared { mission, replaces } = prepared;
+    pub fn adopt(&mut self, prepared: PreparedMission, now_ns: u64) -> Result<&mut Mission, StateError> {
+        let PreparedMission { mission, replaces } = prepared;
         let id = mission.id().to_string();
         if !replaces {
             self.abandon(&id, now_ns)?;
@@ -142,20 +139,15 @@ impl Vehicle {
         self.mission(None)
     }
 
-    /// Takes an event of any of the vehicle's missions: applies it and those that waited for it, lets it wait,
-    /// ignores it as a repeat or refuses it. See [`Offered`].
-    pub fn offer(&mut self, event: Event) -> Offered {
-        let (id, seq) = (event.mission().to_string(), event.seq());
-        match self.mission(Some(&id)) {
-            Ok(mission) => mission.offer(event),
-            Err(error) => Offered::refused(&id, seq, 0, error),
+    /// Takes an event of any of the vehicle's missions, of so many bytes as sent: applies it and those that
+    /// waited for it, lets it wait, ignores it as a repeat or refuses it. See [`OfferOutcome`].
+    pub fn offer(&mut self, event: Event, sent_bytes: usize) -> OfferOutcome {
+        let buffered_bytes: usize = self.missions.values().map(Mission::buffered_bytes).sum();
+        let left_bytes = self.limits.max_buffered_bytes.saturating_sub(buffered_bytes);
+        match self.mission(Some(event.mission())) {
+            Ok(mission) => mission.offer(event, sent_bytes, mission.buffered_bytes() + left_bytes),
+            Err(error) => OfferOutcome::refused(event.mission(), event.seq(), 0, error),
         }
-    }
-
-    /// Takes the place of an event whose body could not be decoded but whose head could: its number is consumed
-    /// in its turn, and it is refused with `code` and `message`.
-    pub fn refuse_undecodable(&mut self, mission: &str, seq: u64, code: Code, message: String) -> Offered {
-        self.offer(Event::Undecodable(Undecodable { mission: mission.to_string(), seq, code, message }))
     }
 
     /// Changes the phase of the mission of that id, or of the current one. An empty `reason` is filled in.
@@ -185,12 +177,15 @@ impl Vehicle {
     /// [`StateError::NoMission`], [`StateError::UnknownMission`] with the ids that are kept,
     /// [`StateError::Absent`] for one whose journal is not read yet or cannot be read.
     pub fn mission(&mut self, id: Option<&str>) -> Result<&mut Mission, StateError> {
-        let id = id.or(self.current.as_deref()).map(str::to_string).ok_or(StateError::NoMission)?;
-        if let Some(why) = self.absent.get(&id) {
-            return Err(StateError::Absent { mission: id, why: why.clone() });
+        let id = id.or(self.current.as_deref()).ok_or(StateError::NoMission)?;
+        if let Some(why) = self.absent.get(id) {
+            return Err(StateError::Absent { mission: id.to_string(), why: why.clone() });
         }
-        let kept: Vec<String> = self.missions.keys().cloned().collect();
-        self.missions.get_mut(&id).ok_or(StateError::UnknownMission { mission: id, kept })
+        if !self.missions.contains_key(id) {
+            let kept = self.missions.keys().cloned().collect();
+            return Err(StateError::UnknownMission { mission: id.to_string(), kept });
+        }
+        self.missions.get_mut(id).ok_or(StateError::NoMission)
     }
 
     /// Ids of the missions that are kept, in their order.
@@ -227,9 +222,9 @@ impl Vehicle {
     }
 }
 
-impl Prepared {
-    /// The records with which a new journal begins; empty if the mission goes on in the journal of the one that it
-    /// replaces, or nobody keeps it.
+impl PreparedMission {
+    /// The records with which a new journal begins; empty if the mission goes on in the journal of the one
+    /// that it replaces, or nobody keeps it.
     pub fn take_first_records(&mut self) -> Vec<Record> {
         if self.replaces { Vec::new() } else { self.mission.take_unwritten() }
     }

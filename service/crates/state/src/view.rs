@@ -1,117 +1,112 @@
-//! The state at a moment: what is told of it, and the immutable view that questions rest on.
+//! The immutable view of a mission at a moment, which questions rest on.
 
-use crate::convert;
-use crate::error::StateError;
-use crate::fold::{Fold, settle};
+use crate::error::{StateError, translate};
+use crate::relinearization;
 use crate::settings::Settings;
 use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::Smoother;
-use pdn_kernel::{Node, SharedVec, gaussian};
+use pdn_kernel::{Node, SharedVec};
 use pdn_planning::{
-    Coverage, Decision, Derived, DerivedCache, Evaluation, LinkModel, OdometryStep, PlanningError, Question,
-    Saliency, Snapshot, SnapshotKeyframe,
+    Decision, Derived, DerivedCache, Evaluation, LinkModel, OdometryStep, PlanningError, Question, Saliency,
+    Snapshot, SnapshotKeyframe, Waypoint,
 };
 use rayon::ThreadPool;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// The state at a moment, immutable. Whatever is asked of the graph is asked of its settled copy, which the first
-/// question makes on its own thread and all others share.
+/// The state at a moment, immutable. Whatever is asked of the graph is asked of its relinearised copy, which
+/// the first question makes on its own thread and all others share.
 pub struct View {
-    keyframes: SharedVec<Known>,
-    newest: Option<Node>,
-    went: Vec<(Node, Node)>,
-    last_odometry: Option<OdometryStep>,
-    covered_m2: f64,
-    link_model: LinkModel,
-    settings: Arc<Settings>,
-    /// At the linearisation points of the fold.
-    smoother: Smoother,
-    /// What the views of the mission leave to each other; it changes no bit of what is told.
-    cache: DerivedCache,
-    settled: OnceLock<Result<Settled, StateError>>,
-    /// Count of each kind of factor.
-    pub factors: BTreeMap<&'static str, u64>,
+    moment: Moment,
+    relinearized: OnceLock<Result<Relinearized, StateError>>,
 }
 
-/// What of a keyframe in the graph stays as it is, by node.
+/// What a fold has come to at a moment.
+pub(crate) struct Moment {
+    /// By node.
+    pub(crate) keyframes: SharedVec<KeyframeInfo>,
+    /// Where the robot is.
+    pub(crate) newest: Option<Node>,
+    /// Pairs of nodes that odometry joins.
+    pub(crate) went: Vec<(Node, Node)>,
+    /// The odometry into the newest keyframe that has one.
+    pub(crate) last_odometry: Option<OdometryStep>,
+    /// Count of each kind of factor.
+    pub(crate) factors: BTreeMap<&'static str, u64>,
+    /// A_cov, m^2.
+    pub(crate) covered_m2: f64,
+    /// The table of P_L.
+    pub(crate) link_model: LinkModel,
+    /// The mission's settings.
+    pub(crate) settings: Arc<Settings>,
+    /// At the linearisation points of the fold.
+    pub(crate) smoother: Smoother,
+    /// What the views of the mission leave to each other; it changes no bit of an answer.
+    pub(crate) cache: DerivedCache,
+}
+
+/// What of a keyframe in the graph stays as it is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Known {
-    id: u64,
-    body_from_camera: Pose,
-    saliency: Saliency,
+pub(crate) struct KeyframeInfo {
+    /// Its id.
+    pub(crate) id: u64,
+    /// Its camera.
+    pub(crate) body_from_camera: Pose,
+    /// What its image is worth.
+    pub(crate) saliency: Saliency,
 }
 
 /// The graph with its linearisation points at the estimate.
-pub struct Settled {
-    /// What decisions rest on.
-    pub snapshot: Snapshot,
-    /// The smoother, for estimates, marginals and chi2.
-    pub smoother: Smoother,
+struct Relinearized {
+    snapshot: Snapshot,
+    smoother: Smoother,
 }
 
-/// The newest keyframe as it is estimated now.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RobotNow {
+/// The pose graph, to be answered.
+pub struct Graph {
+    /// In the order of their ids.
+    pub keyframes: Vec<EstimatedKeyframe>,
+    /// Count of each kind of factor.
+    pub factors: BTreeMap<&'static str, u64>,
+    /// Sum of the squared, weighed residuals.
+    pub chi2: f64,
+}
+
+/// A keyframe of the graph.
+pub struct EstimatedKeyframe {
     /// Its id.
-    pub keyframe: u64,
+    pub id: u64,
     /// The estimate of `world_from_body`.
-    pub pose: Pose,
-    /// Its marginal covariance.
-    pub covariance: Matrix6<f64>,
-    /// (|Sigma_rr| / |Sigma_allow|)^(1/6).
-    pub uncertainty: f64,
+    pub estimate: Pose,
+    /// The linearisation point of `world_from_body`.
+    pub linearization: Pose,
+    /// What its image is worth.
+    pub saliency: Saliency,
+    /// Its marginal covariance, if it was asked for.
+    pub covariance: Option<Matrix6<f64>>,
 }
 
 impl std::fmt::Debug for View {
     fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(formatter, "View of {} keyframes", self.keyframes.len())
+        write!(formatter, "View of {} keyframes", self.moment.keyframes.len())
     }
 }
 
 impl View {
-    fn of(fold: &Fold) -> View {
-        let factors = fold.book.factors.iter().map(|(kind, count)| (kind.name(), *count));
-        let mut keyframes = fold.known.clone();
-        fold.know(&mut keyframes, fold.book.nodes.len());
-        View {
-            keyframes,
-            newest: fold.book.newest,
-            went: fold.book.went.clone(),
-            last_odometry: fold.book.last_odometry.map(|(_, step)| step),
-            covered_m2: fold.trail.coverage().covered_m2(),
-            link_model: fold.link_model.clone(),
-            settings: Arc::clone(&fold.settings),
-            smoother: fold.smoother.clone(),
-            cache: fold.cache.clone(),
-            settled: OnceLock::new(),
-            factors: factors.collect(),
-        }
+    /// The view of a moment.
+    pub(crate) fn new(moment: Moment) -> View {
+        View { moment, relinearized: OnceLock::new() }
     }
 
     /// The mission's settings.
     pub fn settings(&self) -> &pdn_planning::Settings {
-        &self.settings.planning
+        &self.moment.settings.planning
     }
 
     /// The table of P_L.
     pub fn link_model(&self) -> &LinkModel {
-        &self.link_model
-    }
-
-    /// The settled graph. Cost: once, moving the linearisation points to the estimate.
-    ///
-    /// # Errors
-    /// [`StateError::Singular`] if the settled graph cannot be solved.
-    pub fn settled(&self) -> Result<&Settled, StateError> {
-        let settled = self.settled.get_or_init(|| {
-            let mut smoother = self.smoother.clone();
-            settle(&mut smoother).map_err(|error| self.told(error))?;
-            let snapshot = self.snapshot(&smoother, self.settings().clone());
-            Ok(Settled { snapshot, smoother })
-        });
-        settled.as_ref().map_err(StateError::clone)
+        &self.moment.link_model
     }
 
     /// Explore or revisit.
@@ -124,8 +119,8 @@ impl View {
         pool: &ThreadPool,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Decision, StateError> {
-        pdn_planning::decide(&self.settled()?.snapshot, question, pool, stop)
-            .map_err(|error| self.told(error))
+        pdn_planning::decide(&self.relinearized()?.snapshot, question, pool, stop)
+            .map_err(|error| self.describe(error))
     }
 
     /// What paths that a person drew would bring.
@@ -140,156 +135,95 @@ impl View {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Evaluation, StateError> {
         let evaluated = if *question == Question::default() {
-            pdn_planning::evaluate_paths(&self.settled()?.snapshot, paths, pool, stop)
+            pdn_planning::evaluate_paths(&self.relinearized()?.snapshot, paths, pool, stop)
         } else {
             let mut settings = self.settings().clone();
             settings.alpha = question.alpha.unwrap_or(settings.alpha);
             settings.allowable = question.allowable.unwrap_or(settings.allowable);
-            let assuming = self.snapshot(&self.settled()?.smoother, settings);
+            let assuming = self.snapshot(&self.relinearized()?.smoother, settings);
             pdn_planning::evaluate_paths(&assuming, paths, pool, stop)
         };
-        evaluated.map_err(|error| self.told(error))
+        evaluated.map_err(|error| self.describe(error))
     }
 
-    /// Tells an error by keyframe ids.
-    pub fn told(&self, error: impl Into<PlanningError>) -> StateError {
-        let id = |node: Node| (node.index() < self.keyframes.len()).then(|| self.keyframes[node.index()].id);
-        convert::error::planning(id, error)
+    /// The keyframes from id `from` on with the whole graph's chi2. Cost beyond relinearising: with marginals
+    /// one recursion over the whole elimination tree.
+    ///
+    /// # Errors
+    /// [`StateError::Singular`] if the graph cannot be solved.
+    pub fn graph(&self, from: u64, marginals: bool) -> Result<Graph, StateError> {
+        let Relinearized { snapshot, smoother } = self.relinearized()?;
+        let covariances = if marginals && !snapshot.keyframes.is_empty() {
+            smoother.elimination().marginals()
+        } else {
+            Vec::new()
+        };
+        let nodes = snapshot.keyframes.iter().zip(0_u32..).filter(|(keyframe, _)| keyframe.id >= from);
+        let mut keyframes: Vec<EstimatedKeyframe> = nodes
+            .map(|(keyframe, node)| EstimatedKeyframe {
+                id: keyframe.id,
+                estimate: smoother.estimate(Node(node)),
+                linearization: keyframe.world_from_body,
+                saliency: keyframe.saliency,
+                covariance: covariances.get(node as usize).copied(),
+            })
+            .collect();
+        keyframes.sort_by_key(|keyframe| keyframe.id);
+        let chi2 = smoother.chi2().map_err(|error| self.describe(error))?;
+        Ok(Graph { keyframes, factors: self.moment.factors.clone(), chi2 })
+    }
+
+    /// The clusters of salient keyframes.
+    ///
+    /// # Errors
+    /// As [`pdn_planning::waypoints`], told in this crate's errors.
+    pub fn waypoints(&self) -> Result<&[Waypoint], StateError> {
+        pdn_planning::waypoints(&self.relinearized()?.snapshot).map_err(|error| self.describe(error))
+    }
+
+    /// The relinearised graph. Cost: once, moving the linearisation points to the estimate.
+    ///
+    /// # Errors
+    /// [`StateError::Singular`] if the relinearised graph cannot be solved.
+    fn relinearized(&self) -> Result<&Relinearized, StateError> {
+        let relinearized = self.relinearized.get_or_init(|| {
+            let mut smoother = self.moment.smoother.clone();
+            relinearization::relinearize(&mut smoother).map_err(|error| self.describe(error))?;
+            let snapshot = self.snapshot(&smoother, self.settings().clone());
+            Ok(Relinearized { snapshot, smoother })
+        });
+        relinearized.as_ref().map_err(StateError::clone)
     }
 
     /// The state at the linearisation points of `smoother`, with these settings.
     fn snapshot(&self, smoother: &Smoother, settings: pdn_planning::Settings) -> Snapshot {
-        let keyframes = self.keyframes.iter().zip(smoother.linearizations());
-        let keyframe = |(known, world_from_body): (&Known, &Pose)| SnapshotKeyframe {
-            id: known.id,
+        let Moment { keyframes, newest, went, last_odometry, covered_m2, link_model, cache, .. } =
+            &self.moment;
+        let keyframes = keyframes.iter().zip(smoother.linearizations());
+        let keyframe = |(info, world_from_body): (&KeyframeInfo, &Pose)| SnapshotKeyframe {
+            id: info.id,
             world_from_body: *world_from_body,
-            body_from_camera: known.body_from_camera,
-            saliency: known.saliency,
+            body_from_camera: info.body_from_camera,
+            saliency: info.saliency,
         };
         Snapshot {
             keyframes: keyframes.map(keyframe).collect(),
-            newest: self.newest,
-            went: self.went.clone(),
+            newest: *newest,
+            went: went.clone(),
             elimination: smoother.elimination().clone(),
-            last_odometry: self.last_odometry,
-            covered_m2: self.covered_m2,
-            target_m2: self.settings.target_m2,
-            link_model: self.link_model.clone(),
+            last_odometry: *last_odometry,
+            covered_m2: *covered_m2,
+            target_m2: self.moment.settings.target_m2,
+            link_model: link_model.clone(),
             settings,
-            derived: Derived::with_cache(&self.cache),
-        }
-    }
-}
-
-impl Fold {
-    /// The state as it stands, shared by all questions until the next event changes it. Cost: solving for what has not
-    /// been solved for, and once a change a copy of what shares nothing.
-    pub fn view(&mut self) -> Arc<View> {
-        self.look_ahead();
-        if let Some(view) = &self.view {
-            return Arc::clone(view);
-        }
-        let mut known = std::mem::take(&mut self.known);
-        self.know(&mut known, self.nodes_before_group());
-        self.known = known;
-        let view = Arc::new(View::of(self.ahead()));
-        self.view = Some(Arc::clone(&view));
-        view
-    }
-
-    /// The newest keyframe; none before the first is in the graph. Cost beyond solving: one marginal.
-    ///
-    /// # Errors
-    /// [`StateError::Singular`] if its marginal cannot be computed.
-    pub fn robot(&mut self) -> Result<Option<RobotNow>, StateError> {
-        self.look_ahead();
-        if self.robot.is_none() {
-            self.robot = self.ahead().look_at_robot()?;
-        }
-        Ok(self.robot)
-    }
-
-    /// Keyframes in the graph.
-    pub fn keyframes_in_graph(&mut self) -> usize {
-        self.look_ahead();
-        self.ahead().smoother.len()
-    }
-
-    /// Factors in the graph, the prior of the configuration included.
-    pub fn factors_in_graph(&mut self) -> u64 {
-        self.look_ahead();
-        self.ahead().book.factors_in_graph()
-    }
-
-    /// The rasters.
-    pub fn coverage(&mut self) -> &Coverage {
-        self.look_ahead();
-        self.ahead().trail.coverage()
-    }
-
-    /// A_target, m^2.
-    pub fn target_m2(&self) -> f64 {
-        self.settings.target_m2
-    }
-
-    /// The table of P_L.
-    pub fn link_model(&self) -> &LinkModel {
-        &self.link_model
-    }
-
-    /// Length of the survey still ahead, m; none without a survey.
-    pub fn survey_remaining_m(&mut self) -> Option<f64> {
-        self.look_ahead();
-        let survey = self.settings.survey.as_ref()?;
-        Some(survey.length_m() - self.ahead().progress.done_m)
-    }
-
-    /// What keeps decisions from resting on the graph, one sentence each.
-    pub fn findings(&mut self) -> Vec<String> {
-        self.look_ahead();
-        let fold = self.ahead();
-        let mut findings = Vec::new();
-        let untied = fold.book.untied();
-        if let Some(first) = untied.first() {
-            let count = untied.len();
-            findings.push(format!(
-                "{count} keyframes wait for a prior, odometry or relative factor that ties them to the graph, \
-                 keyframe {first} first"
-            ));
-        }
-        if fold.smoother.is_empty() {
-            let wanted = if fold.settings.first_keyframe_covariance.is_some() {
-                "send a keyframe with a pose"
-            } else {
-                "send a keyframe and a prior factor of it"
-            };
-            findings.push(format!("the graph has no keyframe yet: {wanted}"));
-        }
-        if !fold.converged {
-            findings.push("the estimate has not settled yet; it goes on with the next events".to_string());
-        }
-        findings
-    }
-
-    /// Adds what stays of the keyframes up to a node, exclusive.
-    fn know(&self, known: &mut SharedVec<Known>, nodes: usize) {
-        for &id in self.book.nodes.get(known.len()..nodes).unwrap_or_default() {
-            let record = &self.book.keyframes[&id];
-            known.push(Known { id, body_from_camera: record.body_from_camera, saliency: record.saliency });
+            derived: Derived::with_cache(cache),
         }
     }
 
-    fn look_at_robot(&self) -> Result<Option<RobotNow>, StateError> {
-        let Some(node) = self.book.newest else { return Ok(None) };
-        let told = |error| convert::error::unsolvable(&self.book.nodes, error);
-        let covariance = self.smoother.marginal(node).map_err(told)?;
-        let excess = gaussian::log_determinant(&covariance).map_err(told)?
-            - self.settings.planning.allowable.log_determinant();
-        Ok(Some(RobotNow {
-            keyframe: self.book.nodes[node.index()],
-            pose: self.smoother.estimate(node),
-            covariance,
-            uncertainty: (excess / 6.0).exp(),
-        }))
+    /// An error of the method by keyframe ids.
+    fn describe(&self, error: impl Into<PlanningError>) -> StateError {
+        let keyframes = &self.moment.keyframes;
+        let id = |node: Node| (node.index() < keyframes.len()).then(|| keyframes[node.index()].id);
+        translate::planning(id, error)
     }
 }

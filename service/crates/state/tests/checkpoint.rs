@@ -1,4 +1,7 @@
-//! A mission that comes back from a checkpoint is the one that comes back from the whole journal, bit for bit.
+//! A mission that comes back from a checkpoint is the one that comes back from the whole journal, bit for
+//! bit.
+
+#![allow(clippy::disallowed_methods, reason = "the time of a restart is measured")]
 
 mod support;
 
@@ -8,17 +11,17 @@ use pdn_state::checkpoint::{Checkpoint, Unusable};
 use pdn_state::journal::Header;
 use pdn_state::recovery::{Recovered, recover, recover_from};
 use pdn_state::{Absence, Journal, Limits, Operation, Record, Vehicle};
-use std::time::{Duration, Instant};
-use support::history::{begun, kept, running_bits, unwritten};
+use std::time::Instant;
+use support::history::{begun, journaled, running_bits, unwritten};
 use support::storage::Disk;
-use support::{Script, diagonal, level, mission, noise, place};
+use support::{SENT_BYTES, Script, diagonal, level, mission, noise, place};
 
 fn journal(records: &[Record]) -> Journal {
     Journal::create(Disk::steady(Vec::new()), Header::new(7, "v", "m"), records).expect("room")
 }
 
-/// A mission in which events are refused in every way that there is: at once, once what they waited for has come, and
-/// with the group that cannot be solved for.
+/// A mission in which events are refused in every way that there is: at once, once what they waited for has
+/// come, and with the group that cannot be solved for.
 fn troubled() -> Script {
     let mut script = Script::new("m");
     for id in 0..24 {
@@ -42,7 +45,8 @@ fn troubled() -> Script {
         if id % 5 == 4 {
             let covariance = support::odometry_covariance();
             let relative = level([0.0; 3]);
-            script.factor(FactorKind::Odometry { from: id - 1, to: 99 + id, relative, covariance }); // ties it late
+            // Ties it late.
+            script.factor(FactorKind::Odometry { from: id - 1, to: 99 + id, relative, covariance });
         }
         script.attitude(id);
         script.link(id, id + 50, true); // of an unknown keyframe
@@ -53,14 +57,17 @@ fn troubled() -> Script {
     script
 }
 
-/// The mission event by event: its records, and its checkpoints with the number of records when each was taken.
+/// The mission event by event: its records, and its checkpoints with the number of records when each was
+/// taken.
 fn lived(script: &Script) -> (Vec<Record>, Vec<(usize, Checkpoint)>, Vec<Code>) {
     let (mut vehicle, mut records) = begun();
     vehicle.command(None, Operation::Start, "", 2).expect("configured");
     records.extend(unwritten(&mut vehicle));
     let (mut checkpoints, mut refused) = (Vec::new(), Vec::new());
     for (index, event) in script.events.iter().enumerate() {
-        refused.extend(vehicle.offer(event.clone()).refused.iter().map(|refusal| refusal.error.code()));
+        refused.extend(
+            vehicle.offer(event.clone(), SENT_BYTES).refused.iter().map(|refusal| refusal.error.code()),
+        );
         records.extend(unwritten(&mut vehicle));
         if index % 5 == 4 {
             drop(mission(&mut vehicle).state()); // looks ahead
@@ -123,7 +130,7 @@ fn a_checkpoint_serves_a_journal_that_ends_with_it() {
 
 #[test]
 fn a_checkpoint_that_is_of_no_use_is_passed_over_and_told() {
-    let records = kept(usize::MAX, 7).records();
+    let records = journaled(usize::MAX, 7).records();
     let (of_script, checkpoints, _) = lived(&support::script("m"));
     let (whole, other) = (journal(&of_script), journal(&records));
     let last = &checkpoints[checkpoints.len() - 1].1;
@@ -146,7 +153,8 @@ fn a_checkpoint_that_is_of_no_use_is_passed_over_and_told() {
     assert_eq!(from(&shorter, &bytes), Some(Unusable::OtherJournal));
 }
 
-/// Lines of 40 m, 0.7 m apart, a keyframe each 0.5 m, with registrations across at the ends, where the texture is.
+/// Lines of 40 m, 0.7 m apart, a keyframe each 0.5 m, with registrations across at the ends, where the
+/// texture is.
 fn survey(keyframes: u64) -> Script {
     const PER_LINE: u64 = 80;
     let place = |id: u64| {
@@ -188,10 +196,13 @@ fn survey(keyframes: u64) -> Script {
     script
 }
 
-/// With `PDN_TORTURE` the mission has 20,000 keyframes. A restart has 2 seconds, whatever its length.
+/// A restart from the last checkpoint solves for no more than came after it, so it takes a small part of the time
+/// in which the mission was lived: a 26th was measured with 1,500 keyframes, a 41st with the 20,000 of
+/// `PDN_TORTURE`. The bounds are five times that, and load of the machine is on both sides; a restart without its
+/// checkpoint takes as long as living.
 #[test]
-fn a_long_mission_restarts_in_two_seconds() {
-    let keyframes = if std::env::var_os("PDN_TORTURE").is_some() { 20_000 } else { 1_500 };
+fn a_long_mission_restarts_in_a_small_part_of_its_time() {
+    let (keyframes, part) = if std::env::var_os("PDN_TORTURE").is_some() { (20_000, 8) } else { (1_500, 5) };
     let script = survey(keyframes);
     let (mut vehicle, first) = begun();
     vehicle.command(None, Operation::Start, "", 2).expect("configured");
@@ -203,33 +214,25 @@ fn a_long_mission_restarts_in_two_seconds() {
     let old = script.events.len() / 256;
     let (before, after) = script.events.split_at(script.events.len() - old);
     for events in before.chunks(512) {
-        let refused: Vec<_> = events.iter().flat_map(|event| vehicle.offer(event.clone()).refused).collect();
+        let refused: Vec<_> =
+            events.iter().flat_map(|event| vehicle.offer(event.clone(), SENT_BYTES).refused).collect();
         assert_eq!(refused, []);
         journal.append(&unwritten(&mut vehicle)).expect("room");
     }
     let lived = start.elapsed();
-    let start = Instant::now();
     let checkpoint = mission(&mut vehicle).checkpoint().expect("a group is open");
     let bytes = checkpoint.to_bytes(&journal).expect("it is in the journal");
-    let kept = start.elapsed();
-    after.iter().for_each(|event| assert_eq!(vehicle.offer(event.clone()).refused, []));
+    after.iter().for_each(|event| assert_eq!(vehicle.offer(event.clone(), SENT_BYTES).refused, []));
     journal.append(&unwritten(&mut vehicle)).expect("room");
     let last = mission(&mut vehicle).checkpoint().expect("a group is open");
     drop(journal);
 
     let start = Instant::now();
     let journal = pdn_state::journal::files::open(&path).expect("a whole journal");
-    let opened = start.elapsed();
     let recovered = recover_from(&journal, Some(&bytes), Limits::default()).expect("a whole journal");
     let restarted = start.elapsed();
     std::fs::remove_file(&path).expect("it was made");
     assert_eq!((recovered.differs, recovered.passed_over), (None, None));
     assert_eq!(recovered.mission.checkpoint(), Some(last));
-    println!(
-        "{keyframes} keyframes, {} records: lived {lived:.2?}, checkpoint of {} kB in {kept:.2?}, restarted {old} \
-         events later in {restarted:.2?}, of which opening the journal {opened:.2?}",
-        journal.len(),
-        bytes.len() / 1000
-    );
-    assert!(restarted < Duration::from_secs(2), "{restarted:?}");
+    assert!(restarted * part < lived, "restarted in {restarted:?} what was lived in {lived:?}");
 }

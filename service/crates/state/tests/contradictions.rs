@@ -1,4 +1,5 @@
-//! Measurements that cannot be true: told apart from what is believed, refused by themselves, and nothing else disturbed.
+//! Measurements that cannot be true: told apart from what is believed, refused by themselves, and nothing
+//! else disturbed.
 
 mod support;
 
@@ -6,17 +7,17 @@ use pdn_schemas::config::{FirstKeyframeSigmas, Loss, MissionConfig};
 use pdn_schemas::event::FactorKind;
 use pdn_schemas::problem::Code;
 use pdn_schemas::shared::Pose;
-use pdn_state::{Limits, Offered, Operation, Vehicle};
+use pdn_state::{Limits, OfferOutcome, Operation, Vehicle};
 use support::{
-    LINES, PER_LINE, Script, bits, config, diagonal, level, mission, place, pool, running, script,
+    LINES, PER_LINE, SENT_BYTES, Script, bits, config, diagonal, level, mission, place, pool, running, script,
 };
 
 const LAST: u64 = LINES * PER_LINE - 1;
 const CLOSE: [f64; 6] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
 
-fn refusals(offered: &Offered) -> Vec<(u64, Code, String)> {
+fn refusals(outcome: &OfferOutcome) -> Vec<(u64, Code, String)> {
     let told = |refusal: &pdn_state::Refusal| (refusal.seq, refusal.error.code(), refusal.error.to_string());
-    offered.refused.iter().map(told).collect()
+    outcome.refused.iter().map(told).collect()
 }
 
 fn running_with(config: MissionConfig) -> Vehicle {
@@ -63,33 +64,34 @@ fn absurd() -> Vec<(&'static str, FactorKind)> {
     ]
 }
 
-/// A mission to its end and then this event; `settled` in a group of its own, after a question and another keyframe.
-fn with_last(factor: FactorKind, is_settled: bool) -> (Vehicle, Vec<(u64, Code, String)>) {
+/// A mission to its end and then this event; `is_committed` in a group of its own, after a question and
+/// another keyframe.
+fn with_last(factor: FactorKind, is_committed: bool) -> (Vehicle, Vec<(u64, Code, String)>) {
     let (mut vehicle, mut script) = (running(), script("m"));
-    if is_settled {
+    if is_committed {
         script.keyframe(LAST + 1, None);
     }
     script.offer_all(&mut vehicle);
-    if is_settled {
+    if is_committed {
         mission(&mut vehicle).state();
     }
     script.factor(factor);
-    let offered = vehicle.offer(script.events[script.events.len() - 1].clone());
-    let refused = refusals(&offered);
+    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone(), SENT_BYTES);
+    let refused = refusals(&outcome);
     (vehicle, refused)
 }
 
 #[test]
 fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
-    for is_settled in [false, true] {
+    for is_committed in [false, true] {
         // Takes up the same number in the order, and is refused for another reason.
         let nothing = FactorKind::Depth { keyframe: 9999, depth_m: 8.5, variance_m2: 1.0 };
-        let (mut without, refused) = with_last(nothing, is_settled);
+        let (mut without, refused) = with_last(nothing, is_committed);
         assert_eq!(refused[0].1, Code::UnknownKeyframe);
         for (kind, factor) in absurd() {
-            let (mut vehicle, refused) = with_last(factor, is_settled);
+            let (mut vehicle, refused) = with_last(factor, is_committed);
             let [(_, Code::Contradiction, told)] = refused.as_slice() else {
-                panic!("{kind}, settled {is_settled}: {refused:?}")
+                panic!("{kind}, committed {is_committed}: {refused:?}")
             };
             for word in [format!("factor.{kind}"), LAST.to_string(), format!("robust.{kind}")] {
                 assert!(told.contains(&word), "{word} in: {told}");
@@ -98,7 +100,7 @@ fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
             assert_eq!(
                 bits(mission(&mut vehicle), &pool),
                 bits(mission(&mut without), &pool),
-                "{kind}, settled {is_settled}"
+                "{kind}, committed {is_committed}"
             );
         }
     }
@@ -107,9 +109,9 @@ fn what_cannot_be_true_is_refused_with_its_reason_and_leaves_no_trace() {
 #[test]
 fn what_is_only_unlikely_is_taken() {
     // Sigmas of the closure are 0.1 m; half a metre is what an odd registration or covariance may come to.
-    for is_settled in [false, true] {
+    for is_committed in [false, true] {
         for factor in [closure([0.0; 3]), closure([0.5, -0.5, 0.3])] {
-            assert_eq!(with_last(factor, is_settled).1, []);
+            assert_eq!(with_last(factor, is_committed).1, []);
         }
     }
 }
@@ -134,12 +136,13 @@ fn a_kind_with_a_robust_loss_is_weighed_down_instead() {
 
 #[test]
 fn the_distance_is_that_of_all_noise_together() {
-    // Level steps of 1 m ahead. What is believed of the last depth: the prior's, three steps', and by their lever arms in
-    // metres all turns in pitch; the last step is told the other way round, and turns about where it comes from.
+    // Level steps of 1 m ahead. What is believed of the last depth: the prior's, three steps', and by their
+    // lever arms in metres all turns in pitch; the last step is told the other way round, and turns about
+    // where it comes from.
     let (prior_m, step_m, depth_m) = (0.3_f64, 0.1_f64, 0.05_f64);
     let (prior_deg, step_rad, levers_m) = (5.0_f64, 0.1_f64, [2.0_f64, 1.0, 1.0]);
     let (steps, off_m) = (3_u64, 30.0);
-    for is_settled in [false, true] {
+    for is_committed in [false, true] {
         let mut below = config("m");
         below.first_keyframe_sigmas =
             Some(FirstKeyframeSigmas { translation_m: [prior_m; 3], rotation_deg: [prior_deg; 3] });
@@ -157,17 +160,17 @@ fn the_distance_is_that_of_all_noise_together() {
             let variances = [1e-2, 1e-2, step_m * step_m, turn, turn, turn];
             script.factor(FactorKind::Odometry { from, to, relative, covariance: diagonal(variances) });
         }
-        if is_settled {
+        if is_committed {
             script.keyframe(steps + 1, None);
         }
         script.offer_all(&mut vehicle);
         script.factor(FactorKind::Depth { keyframe: steps, depth_m: off_m, variance_m2: depth_m * depth_m });
-        let refused = refusals(&vehicle.offer(script.events[script.events.len() - 1].clone()));
+        let refused = refusals(&vehicle.offer(script.events[script.events.len() - 1].clone(), SENT_BYTES));
         let turns_m2 = (steps as f64 * prior_deg.to_radians()).powi(2)
             + levers_m.map(|lever| (lever * step_rad).powi(2)).iter().sum::<f64>();
         let variance_m2 = prior_m * prior_m + steps as f64 * step_m * step_m + depth_m * depth_m + turns_m2;
         let wanted = format!("lies {:.0} standard deviations", off_m / variance_m2.sqrt());
-        assert!(refused[0].2.contains(&wanted), "{wanted}, settled {is_settled}: {refused:?}");
+        assert!(refused[0].2.contains(&wanted), "{wanted}, committed {is_committed}: {refused:?}");
     }
 }
 
@@ -181,9 +184,9 @@ fn one_that_waited_is_blamed_itself_when_its_keyframe_enters() {
     script.offer_all(&mut vehicle);
     let before = mission(&mut vehicle).state().factors;
     script.odometry(LAST, LAST + 1);
-    let offered = vehicle.offer(script.events[script.events.len() - 1].clone());
+    let outcome = vehicle.offer(script.events[script.events.len() - 1].clone(), SENT_BYTES);
     let refused: Vec<(u64, Code)> =
-        refusals(&offered).into_iter().map(|(seq, code, _)| (seq, code)).collect();
+        refusals(&outcome).into_iter().map(|(seq, code, _)| (seq, code)).collect();
     assert_eq!(refused, [(absurd, Code::Contradiction)]);
     let state = mission(&mut vehicle).state();
     assert_eq!((state.factors, state.robot.expect("tied").keyframe), (before + 2, LAST + 1));
@@ -213,7 +216,8 @@ fn a_closure_that_a_loss_may_weigh_down_does_not_make_the_true_step_a_contradict
     assert!(robot.keyframe == LAST + 1 && error_m < 0.1, "{error_m} m");
 }
 
-/// A straight dive of 300 m with a heading of which 20 degrees (one sigma) are wrong, and then one true position.
+/// A straight dive of 300 m with a heading of which 20 degrees (one sigma) are wrong, and then one true
+/// position.
 #[test]
 fn a_true_position_far_along_an_arc_is_taken() {
     for off_deg in [0.0_f64, 20.0, 40.0, -40.0] {
@@ -270,7 +274,7 @@ fn a_graph_that_much_contradicts_is_told_and_a_prior_is_the_way_out() {
         let from = script.events.len();
         step(&mut script, id, 0.0);
         script.depth(id);
-        script.events[from..].iter().for_each(|event| drop(vehicle.offer(event.clone())));
+        script.events[from..].iter().for_each(|event| drop(vehicle.offer(event.clone(), SENT_BYTES)));
     }
     let told = mission(&mut vehicle).state().health.findings.join(" ");
     assert!(told.contains("16 of the last 256 events contradict the graph"), "{told}");
@@ -281,7 +285,7 @@ fn a_graph_that_much_contradicts_is_told_and_a_prior_is_the_way_out() {
     script.factor(FactorKind::Prior { keyframe: id, pose: level(truth(id)), covariance: diagonal(CLOSE) });
     script.depth(id);
     for event in &script.events[from..] {
-        assert_eq!(vehicle.offer(event.clone()).refused, []);
+        assert_eq!(vehicle.offer(event.clone(), SENT_BYTES).refused, []);
     }
     let robot = mission(&mut vehicle).state().robot.expect("tied");
     assert!((robot.pose.translation[2] - 8.5).abs() < 0.1, "{:?}", robot.pose);

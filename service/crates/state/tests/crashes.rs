@@ -1,5 +1,5 @@
-//! What crashes, damage and disks do to a journal: what was acknowledged is there, and what is there is true, or the
-//! damage has a name.
+//! What crashes, damage and disks do to a journal: what was acknowledged is there, and what is there is true,
+//! or the damage has a name.
 //!
 //! `PDN_TORTURE=1` tries every place instead of some.
 
@@ -9,7 +9,7 @@ use pdn_state::journal::salvage::Salvage;
 use pdn_state::journal::{Header, MAX_GROUP_RECORDS};
 use pdn_state::{Journal, JournalError, Record};
 use redb::StorageBackend;
-use support::history::kept;
+use support::history::journaled;
 use support::storage::{Disk, Draw};
 
 /// Whether to try everything.
@@ -55,7 +55,7 @@ fn demand(left: Vec<u8>, history: &[Record], acknowledged: u64, what: &str) -> u
 
 #[test]
 fn a_crash_at_any_write_or_sync_loses_nothing_acknowledged() {
-    let lived = kept(13, 9);
+    let lived = journaled(13, 9);
     let history = lived.records();
     let whole = Disk::steady(Vec::new());
     assert_eq!(write(&whole, &lived.groups), history.len() as u64);
@@ -77,8 +77,8 @@ fn a_crash_at_any_write_or_sync_loses_nothing_acknowledged() {
 }
 
 #[test]
-fn a_crash_while_a_crash_is_mended_loses_nothing_either() {
-    let lived = kept(13, 9);
+fn a_crash_while_a_crash_is_repaired_loses_nothing_either() {
+    let lived = journaled(13, 9);
     let history = lived.records();
     let steps = {
         let whole = Disk::steady(Vec::new());
@@ -118,8 +118,8 @@ fn images(groups: &[Vec<Record>]) -> [(&'static str, Vec<u8>); 2] {
     [("closed", disk.seen()), ("crashed", crashed)]
 }
 
-/// The whole history, or a damage with a name: nothing between, since all of it was acknowledged. What can be saved
-/// is true in any case.
+/// The whole history, or a damage with a name: nothing between, since all of it was acknowledged. What can be
+/// saved is true in any case.
 fn judge(image: Vec<u8>, history: &[Record], what: &str) -> bool {
     let disk = Disk::steady(image);
     if let Ok(salvage) = Salvage::find(&disk) {
@@ -154,7 +154,7 @@ fn a_flipped_bit_is_harmless_or_has_a_name() {
             eprintln!("{fault}");
         }
     }));
-    let lived = kept(40, 30);
+    let lived = journaled(40, 30);
     let history = lived.records();
     for (end, image) in images(&lived.groups) {
         let bits = 8 * image.len() as u64;
@@ -181,7 +181,7 @@ fn a_flipped_bit_is_harmless_or_has_a_name() {
 
 #[test]
 fn a_file_cut_short_or_overwritten_is_harmless_or_has_a_name() {
-    let lived = kept(40, 30);
+    let lived = journaled(40, 30);
     let history = lived.records();
     for (end, image) in images(&lived.groups) {
         let every = if torture() { 97 } else { 4999 };
@@ -206,7 +206,7 @@ fn a_file_cut_short_or_overwritten_is_harmless_or_has_a_name() {
 
 #[test]
 fn what_is_whole_up_to_the_damage_can_be_saved() {
-    let lived = kept(40, 30);
+    let lived = journaled(40, 30);
     let history = lived.records();
     let [(_, image), _] = images(&lived.groups);
     // A record is found by its payload; every copy of it is damaged, and nothing else.
@@ -232,7 +232,7 @@ fn what_is_whole_up_to_the_damage_can_be_saved() {
 
 #[test]
 fn a_full_disk_is_told_and_room_mends_it() {
-    let lived = kept(13, 9);
+    let lived = journaled(13, 9);
     let history = lived.records();
     let needed = images(&lived.groups)[0].1.len() as u64;
     let mut full = 0;
@@ -257,7 +257,7 @@ fn a_full_disk_is_told_and_room_mends_it() {
 
 #[test]
 fn another_format_or_layout_is_told_with_who_wrote_it() {
-    let lived = kept(40, 30);
+    let lived = journaled(40, 30);
     let [(_, image), _] = images(&lived.groups);
     let table = |name: &'static str| redb::TableDefinition::<&str, &str>::new(name);
     let changed = |change: &dyn Fn(&redb::WriteTransaction)| {
@@ -292,7 +292,7 @@ fn another_format_or_layout_is_told_with_who_wrote_it() {
 
 #[test]
 fn a_group_may_be_as_large_as_its_bound() {
-    let lived = kept(usize::MAX, 1000);
+    let lived = journaled(usize::MAX, 1000);
     let record = lived.records().pop().expect("a record");
     let disk = Disk::steady(Vec::new());
     let mut journal = Journal::create(disk.clone(), header(), &lived.groups[0]).expect("room");

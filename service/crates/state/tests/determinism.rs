@@ -5,7 +5,7 @@ mod support;
 use pdn_schemas::codec::{self, Format};
 use pdn_state::{DecisionJob, DecisionRequest, Event, Vehicle};
 use proptest::prelude::*;
-use support::{bits, mission, pool, running, script};
+use support::{SENT_BYTES, bits, mission, pool, running, script};
 
 fn reference() -> Vec<u8> {
     let mut vehicle = running();
@@ -28,7 +28,7 @@ fn delivered(delays: &[u64], repeats: &[bool]) -> Vec<Event> {
 }
 
 fn offer(vehicle: &mut Vehicle, event: Event) {
-    assert_eq!(vehicle.offer(event).refused, vec![]);
+    assert_eq!(vehicle.offer(event, SENT_BYTES).refused, vec![]);
 }
 
 proptest! {
@@ -79,8 +79,8 @@ fn decisions_have_the_same_bits_at_any_number_of_threads() {
     }
 }
 
-/// Views leave to each other what they derive: each after those before it, each after those that came later, and each
-/// alone, in a mission that was asked nothing else, give the same bits.
+/// Views leave to each other what they derive: each after those before it, each after those that came later,
+/// and each alone, in a mission that was asked nothing else, give the same bits.
 #[test]
 fn decisions_have_the_same_bits_whatever_their_views_inherit() {
     let (pool, events) = (pool(2), script("m").events);

@@ -1,12 +1,12 @@
-//! Missions of a vehicle: which may be configured when, what ended ones still answer, and that a mission is the same
-//! from its configuration to its end.
+//! Missions of a vehicle: which may be configured when, what ended ones still answer, and that a mission is
+//! the same from its configuration to its end.
 
 mod support;
 
 use pdn_schemas::problem::Code;
 use pdn_schemas::reply::{Action, Phase, Policy, Timing};
 use pdn_state::{DecisionRequest, Limits, Operation, StateError, Vehicle, WhatIf};
-use support::{config, mission, pool, running, script};
+use support::{SENT_BYTES, config, mission, pool, running, script};
 
 fn code<T>(result: Result<T, StateError>) -> Code {
     result.err().expect("a refusal").code()
@@ -19,8 +19,8 @@ fn a_vehicle_without_a_mission_says_so() {
     assert_eq!(code(vehicle.mission(Some("m")).map(drop)), Code::UnknownMission);
     assert_eq!(code(vehicle.command(None, Operation::Start, "", 0).map(drop)), Code::NoMission);
     let event = script("m").events.swap_remove(0);
-    let offered = vehicle.offer(event);
-    assert_eq!(offered.refused[0].error.code(), Code::UnknownMission);
+    let outcome = vehicle.offer(event, SENT_BYTES);
+    assert_eq!(outcome.refused[0].error.code(), Code::UnknownMission);
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn configuring_waits_for_the_active_mission_and_never_reuses_an_id() {
 fn a_mission_that_never_started_gives_way_and_its_id_is_spent_once_an_event_came() {
     let mut vehicle = Vehicle::new(Limits::default());
     vehicle.configure(config("a"), 1).expect("first mission");
-    vehicle.offer(script("a").events.swap_remove(0));
+    vehicle.offer(script("a").events.swap_remove(0), SENT_BYTES);
     assert_eq!(code(vehicle.configure(config("a"), 2).map(drop)), Code::RepeatedId);
     vehicle.configure(config("b"), 3).expect("the other was never started");
     let state = vehicle.mission(Some("a")).expect("it stays readable").state();
@@ -74,7 +74,7 @@ fn events_come_until_the_end_and_decisions_only_while_running() {
     let mut seq = 0;
     for operation in [Operation::Pause, Operation::Resume, Operation::Hold, Operation::Resume] {
         for event in &events[seq..seq + 10] {
-            assert_eq!(vehicle.offer(event.clone()).refused, vec![]);
+            assert_eq!(vehicle.offer(event.clone(), SENT_BYTES).refused, vec![]);
         }
         seq += 10;
         vehicle.command(None, operation, "", 4).expect("a legal path");
@@ -87,9 +87,9 @@ fn events_come_until_the_end_and_decisions_only_while_running() {
             .expect("a what-if needs no phase");
     }
     vehicle.command(None, Operation::Abort, "", 5).expect("running missions can be aborted");
-    let late = vehicle.offer(events[seq].clone());
+    let late = vehicle.offer(events[seq].clone(), SENT_BYTES);
     assert_eq!((late.refused[0].error.code(), late.next_seq), (Code::MissionEnded, 40));
-    let repeat = vehicle.offer(events[0].clone());
+    let repeat = vehicle.offer(events[0].clone(), SENT_BYTES);
     assert!(
         repeat.repeat && repeat.refused.is_empty(),
         "a resend whose acknowledgement was lost is no fault"
@@ -122,7 +122,8 @@ fn a_small_mission_from_configuration_to_completion() {
     assert_eq!((state.health.ok, state.health.findings.as_slice()), (true, [].as_slice()));
     assert_eq!(state.robot.expect("a robot").keyframe, 23);
     assert!(state.uncertainty.expect("a robot") > 0.0);
-    // The estimate is within a few centimetres of the truth, so the survey is behind and the floor below covered.
+    // The estimate is within a few centimetres of the truth, so the survey is behind and the floor below
+    // covered.
     assert!(state.estimated_remaining_m.expect("a survey") < 0.1, "{:?}", state.estimated_remaining_m);
     assert!(state.covered_m2 > 5.0 && state.covered_m2 < state.target_m2 && state.target_m2 == 24.0);
 
@@ -138,7 +139,7 @@ fn a_small_mission_from_configuration_to_completion() {
     let robot = graph.keyframes[3];
     let told = state.robot.expect("a robot").pose;
     for axis in 0..3 {
-        // The state is told before the linearisation points settle: off by the square of 1e-3, their tolerance.
+        // The state is told before the graph is relinearised: off by the square of 1e-3, their tolerance.
         assert!((robot.pose.translation[axis] - told.translation[axis]).abs() < 1e-5);
     }
     let waypoints = mission.begin_waypoints().expect("a graph").run().expect("marginals").waypoints;

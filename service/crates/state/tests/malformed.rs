@@ -1,12 +1,13 @@
-//! Records of a journal and events of a mission that are nearly right: nothing fails, and the mission stays sane.
+//! Records of a journal and events of a mission that are nearly right: nothing fails, and the mission stays
+//! sane.
 //!
 //! `PDN_FUZZ_INPUTS` is how many are tried; the same number tries the same ones.
 
 mod support;
 
-use pdn_state::{Entry, Event, Limits, Operation, Record, Vehicle};
-use support::history::kept;
-use support::{Script, config};
+use pdn_state::{Entry, Event, Limits, Operation, Record, Undecodable, Vehicle};
+use support::history::journaled;
+use support::{SENT_BYTES, Script, config};
 
 struct Chance(u64);
 
@@ -40,7 +41,7 @@ fn spoilt(record: &Record, chance: &mut Chance) -> Record {
 
 #[test]
 fn no_record_that_is_nearly_one_makes_the_reader_fail() {
-    let records = kept(10, 7).records();
+    let records = journaled(10, 7).records();
     let (mut chance, mut read) = (Chance(1), 0_usize);
     let tried = inputs(2);
     for index in 0..tried {
@@ -68,24 +69,25 @@ fn a_mission_stays_sane_whatever_events_come() {
                 let record = if chance.below(4) == 0 { spoilt(record, &mut chance) } else { record.clone() };
                 let Ok(Entry::Event(event)) = Entry::read(&record) else { continue };
                 let in_turn = event.mission() == "m" && event.seq() == next_seq;
-                let offered = vehicle.offer(event);
+                let outcome = vehicle.offer(event, SENT_BYTES);
                 assert!(
-                    !in_turn || offered.next_seq > next_seq,
+                    !in_turn || outcome.next_seq > next_seq,
                     "{next_seq}: applied or refused, it is consumed"
                 );
                 offered_events += 1;
-                refused_events += offered.refused.len();
-                if offered.mission == "m" {
-                    assert!(offered.next_seq >= next_seq, "{} after {next_seq}", offered.next_seq);
-                    next_seq = offered.next_seq;
+                refused_events += outcome.refused.len();
+                if outcome.mission == "m" {
+                    assert!(outcome.next_seq >= next_seq, "{} after {next_seq}", outcome.next_seq);
+                    next_seq = outcome.next_seq;
                 }
             }
             // The number of what was left out is consumed by an event that cannot be read.
             let seq = next_seq;
             if chance.below(3) > 0 && seq <= record_seq(record) {
                 let code = pdn_schemas::problem::Code::Invalid;
-                next_seq =
-                    vehicle.refuse_undecodable("m", seq, code, "torn".to_owned()).next_seq.max(next_seq);
+                let (mission, message) = ("m".to_owned(), "torn".to_owned());
+                let torn = Event::Undecodable(Undecodable { mission, seq, code, message });
+                next_seq = vehicle.offer(torn, SENT_BYTES).next_seq.max(next_seq);
             }
         }
         let mission = vehicle.mission(Some("m")).expect("it is there");

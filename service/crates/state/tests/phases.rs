@@ -1,5 +1,5 @@
-//! Every phase and every command: the table of the contract, written out once more, and every sequence of commands up to
-//! a length against a model of a few lines.
+//! Every phase and every command: the table of the contract, written out once more, and every sequence of
+//! commands up to a length against a model of a few lines.
 
 mod support;
 
@@ -7,7 +7,7 @@ use pdn_schemas::codec::{Format, encode};
 use pdn_schemas::problem::Code;
 use pdn_schemas::reply::Phase;
 use pdn_state::{DecisionRequest, Event, Limits, Operation, StateError, Vehicle, WhatIf};
-use support::{config, script};
+use support::{SENT_BYTES, config, script};
 
 const PHASES: [Phase; 6] =
     [Phase::Configured, Phase::Running, Phase::Paused, Phase::Held, Phase::Completed, Phase::Aborted];
@@ -47,7 +47,7 @@ fn in_phase(phase: Phase) -> Vehicle {
     let mut vehicle = Vehicle::new(Limits::default());
     vehicle.configure(config("m"), 1).expect("a valid configuration");
     for event in &script("m").events[..10] {
-        assert_eq!(vehicle.offer(event.clone()).refused, vec![]);
+        assert_eq!(vehicle.offer(event.clone(), SENT_BYTES).refused, vec![]);
     }
     for &operation in way {
         vehicle.command(None, operation, "", 2).expect("a legal path");
@@ -106,17 +106,20 @@ fn every_event_question_and_configuration_in_every_phase() {
         for event in kinds.into_iter().flatten() {
             let mut vehicle = in_phase(phase);
             for earlier in &events[10..event.seq() as usize] {
-                vehicle.offer(earlier.clone());
+                vehicle.offer(earlier.clone(), SENT_BYTES);
             }
             let before = vehicle.mission(None).expect("a mission").next_seq();
-            let offered = vehicle.offer(event.clone());
-            let refused: Vec<Code> = offered.refused.iter().map(|refusal| refusal.error.code()).collect();
+            let outcome = vehicle.offer(event.clone(), SENT_BYTES);
+            let refused: Vec<Code> = outcome.refused.iter().map(|refusal| refusal.error.code()).collect();
             if ended {
-                assert_eq!((refused, offered.next_seq), (vec![Code::MissionEnded], before), "{phase:?}");
+                assert_eq!((refused, outcome.next_seq), (vec![Code::MissionEnded], before), "{phase:?}");
             } else {
-                assert_eq!((refused, offered.next_seq), (vec![], before + 1), "{phase:?}");
+                assert_eq!((refused, outcome.next_seq), (vec![], before + 1), "{phase:?}");
             }
-            assert!(vehicle.offer(events[0].clone()).repeat, "a repeat is none's fault, whatever the phase");
+            assert!(
+                vehicle.offer(events[0].clone(), SENT_BYTES).repeat,
+                "a repeat is none's fault, whatever the phase"
+            );
         }
 
         let mut vehicle = in_phase(phase);
@@ -153,8 +156,8 @@ fn every_event_question_and_configuration_in_every_phase() {
     }
 }
 
-/// What a vehicle's missions must have come to: the phases of all, in the order of their configuration, and the events of
-/// the last.
+/// What a vehicle's missions must have come to: the phases of all, in the order of their configuration, and
+/// the events of the last.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Model {
     phases: Vec<Phase>,
@@ -207,7 +210,7 @@ fn act(vehicle: &mut Vehicle, model: &Model, act: Act) -> bool {
                 }
                 other => other,
             };
-            vehicle.offer(event).refused.is_empty()
+            vehicle.offer(event, SENT_BYTES).refused.is_empty()
         }
     }
 }

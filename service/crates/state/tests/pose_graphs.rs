@@ -1,4 +1,5 @@
-//! Published pose graphs, event by event: the estimate and the last pose's marginal against numbers made elsewhere.
+//! Published pose graphs, event by event: the estimate and the last pose's marginal against numbers made
+//! elsewhere.
 
 mod support;
 
@@ -34,7 +35,8 @@ fn folder() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// Edges by the keyframe that completes them. The file's information is upper triangular over [m; rad], as ours.
+/// Edges by the keyframe that completes them. The file's information is upper triangular over [m; rad], as
+/// ours.
 fn edges(text: &str) -> BTreeMap<u64, Vec<Edge>> {
     let mut by_arrival: BTreeMap<u64, Vec<Edge>> = BTreeMap::new();
     for line in text.lines().filter(|line| line.starts_with("EDGE_SE3:QUAT")) {
@@ -100,8 +102,8 @@ fn stream(name: &str) -> Option<(f64, [f64; 36], serde_json::Value)> {
     Some((graph.chi2, graph.keyframes[0].covariance.expect("marginals were asked for").0, expected))
 }
 
-/// The contract's tolerances: chi2 to 1e-6 relative; the marginal to 1e-6 of the standard deviations' products, the
-/// reference being ordered [rad; m].
+/// The contract's tolerances: chi2 to 1e-6 relative; the marginal to 1e-6 of the standard deviations'
+/// products, the reference being ordered [rad; m].
 fn compare(name: &str) {
     let Some((chi2, covariance, expected)) = stream(name) else { return };
     let optimum = &expected["result"]["optimal"]["se3log"];

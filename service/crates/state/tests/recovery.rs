@@ -1,4 +1,5 @@
-//! A mission comes back from its journal as it was, bit for bit, and its decisions come out again as they were.
+//! A mission comes back from its journal as it was, bit for bit, and its decisions come out again as they
+//! were.
 
 mod support;
 
@@ -9,9 +10,9 @@ use pdn_state::journal::Header;
 use pdn_state::recovery::recover;
 use pdn_state::replay::{Verdict, place, replay};
 use pdn_state::{Absence, Entry, Journal, JournalError, Limits, Operation, Record, Vehicle, WhatIf};
-use support::history::{begun, kept, running_bits, unwritten};
+use support::history::{begun, journaled, running_bits, unwritten};
 use support::storage::Disk;
-use support::{bits, config, mission, pool, script};
+use support::{SENT_BYTES, bits, config, mission, pool, script};
 
 fn journal(groups: &[Vec<Record>]) -> (Journal, Disk) {
     let disk = Disk::steady(Vec::new());
@@ -33,7 +34,7 @@ fn restarted(journal: &Journal) -> Vehicle {
 
 #[test]
 fn a_mission_comes_back_bit_for_bit() {
-    let mut lived = kept(10, 7);
+    let mut lived = journaled(10, 7);
     let (journal, _) = journal(&lived.groups);
     let mut vehicle = restarted(&journal);
     let state = mission(&mut vehicle).state();
@@ -50,7 +51,7 @@ fn a_mission_comes_back_bit_for_bit() {
 #[test]
 fn it_goes_on_as_if_nothing_had_been_wherever_it_stops() {
     let events = script("m").events;
-    let mut straight = kept(usize::MAX, 7);
+    let mut straight = journaled(usize::MAX, 7);
     let expected = {
         straight.vehicle.command(None, Operation::Hold, "to look", 9).expect("it runs");
         running_bits(&mut straight.vehicle)
@@ -58,13 +59,13 @@ fn it_goes_on_as_if_nothing_had_been_wherever_it_stops() {
     for stop in (0..events.len()).step_by(9) {
         let (mut vehicle, mut records) = begun();
         vehicle.command(None, Operation::Start, "", 2).expect("configured");
-        events[..stop].iter().for_each(|event| drop(vehicle.offer(event.clone())));
+        events[..stop].iter().for_each(|event| drop(vehicle.offer(event.clone(), SENT_BYTES)));
         records.extend(unwritten(&mut vehicle));
         let (journal, _) = journal(&[records]);
         let mut vehicle = restarted(&journal);
         for event in &events[stop.saturating_sub(5)..] {
-            let offered = vehicle.offer(event.clone());
-            assert_eq!((offered.repeat, offered.refused), (event.seq() < stop as u64, vec![]));
+            let outcome = vehicle.offer(event.clone(), SENT_BYTES);
+            assert_eq!((outcome.repeat, outcome.refused), (event.seq() < stop as u64, vec![]));
         }
         assert!(running_bits(&mut vehicle) == expected, "stopped before event {stop}");
     }
@@ -154,7 +155,7 @@ fn a_journal_that_cannot_be_read_is_told_and_stands_in_nobodys_way() {
 
 #[test]
 fn every_decision_comes_out_again_and_another_allowance_turns_some() {
-    let lived = kept(7, 20);
+    let lived = journaled(7, 20);
     let (journal, _) = journal(&lived.groups);
     for threads in [1, 3] {
         let mut heard = 0;
@@ -183,7 +184,7 @@ fn every_decision_comes_out_again_and_another_allowance_turns_some() {
 
 #[test]
 fn a_decision_that_was_not_taken_so_is_found_with_its_first_difference() {
-    let lived = kept(30, 20);
+    let lived = journaled(30, 20);
     let mut groups = lived.groups.clone();
     let mut changed = 0;
     for record in groups.iter_mut().flatten().filter(|record| record.kind == Kind::Decided) {
@@ -206,7 +207,7 @@ fn a_decision_that_was_not_taken_so_is_found_with_its_first_difference() {
 
 #[test]
 fn a_history_that_cannot_have_been_is_damage_at_its_record() {
-    let lived = kept(30, 20);
+    let lived = journaled(30, 20);
     let records = lived.records();
     let event = records.iter().position(|record| record.kind == Kind::Factor).expect("there are factors");
     let without = |index: usize| [&records[..index], &records[index + 1..]].concat();
@@ -232,7 +233,7 @@ fn a_history_that_cannot_have_been_is_damage_at_its_record() {
 fn a_mission_keeps_the_bounds_that_it_was_configured_in() {
     let (mut vehicle, mut records) = begun();
     for event in script("m").events {
-        vehicle.offer(event);
+        vehicle.offer(event, SENT_BYTES);
     }
     records.extend(unwritten(&mut vehicle));
     let (journal, _) = journal(&[records]);

@@ -1,4 +1,5 @@
-//! For each message and field: what is refused, under which code, at which path, and that nothing else is disturbed.
+//! For each message and field: what is refused, under which code, at which path, and that nothing else is
+//! disturbed.
 
 mod support;
 
@@ -6,8 +7,10 @@ use pdn_schemas::config::{Loss, MissionConfig};
 use pdn_schemas::event::{Appearance, Factor, FactorKind, Keyframe, LinkOutcome};
 use pdn_schemas::problem::Code;
 use pdn_schemas::shared::{Covariance6, Pose};
-use pdn_state::{DecisionRequest, Event, Limits, Offered, StateError, Vehicle, WhatIf};
-use support::{bits, config, diagonal, level, mission, odometry_covariance, pool, running, script};
+use pdn_state::{DecisionRequest, Event, Limits, OfferOutcome, StateError, Vehicle, WhatIf};
+use support::{
+    SENT_BYTES, bits, config, diagonal, level, mission, odometry_covariance, pool, running, script,
+};
 
 const NAN: f64 = f64::NAN;
 const INFINITE: f64 = f64::INFINITY;
@@ -163,18 +166,19 @@ fn every_bad_event_is_refused_by_code_and_path_consumes_its_number_and_leaves_th
     let (count, mut number) = (bad.len() as u64, 0);
     let mut bad = bad.into_iter();
     for (index, event) in events.iter().enumerate() {
-        good.offer(event.clone());
+        good.offer(event.clone(), SENT_BYTES);
         // The first twenty events introduce what the bad ones refer to.
         for (event, code, place) in bad.by_ref().take(usize::from(index > 20)) {
             let text = format!("{event:?}");
-            let Offered { refused, next_seq, applied, .. } = disturbed.offer(numbered(event, number));
+            let OfferOutcome { refused, next_seq, applied, .. } =
+                disturbed.offer(numbered(event, number), SENT_BYTES);
             assert_eq!((refused.len(), applied, next_seq), (1, 0, number + 1), "{text}");
             let problem = refused[0].problem();
             assert_eq!((problem.code.as_str(), problem.seq), (code.name(), Some(number)), "{text}");
             assert!(problem.message.contains(place), "\"{}\" does not name {place}", problem.message);
             number += 1;
         }
-        assert_eq!(disturbed.offer(numbered(event.clone(), number)).refused, vec![]);
+        assert_eq!(disturbed.offer(numbered(event.clone(), number), SENT_BYTES).refused, vec![]);
         number += 1;
     }
     assert_eq!(bad.next().map(|(event, ..)| event), None, "every bad event had its turn");
@@ -193,7 +197,7 @@ fn every_bad_event_is_refused_by_code_and_path_consumes_its_number_and_leaves_th
 fn what_lies_within_the_tolerance_of_a_unit_quaternion_is_normalised() {
     let mut vehicle = running();
     let near = Pose { translation: [1.0, 2.0, 3.0], rotation: [0.0, 0.0, 0.0, 1.0 + 5e-7] };
-    assert_eq!(vehicle.offer(keyframe(1, Some(near), None, Appearance::None)).refused, vec![]);
+    assert_eq!(vehicle.offer(keyframe(1, Some(near), None, Appearance::None), SENT_BYTES).refused, vec![]);
     let robot = mission(&mut vehicle).state().robot.expect("the first keyframe");
     assert!((robot.pose.rotation[3] - 1.0).abs() < 1e-15, "{:?}", robot.pose.rotation);
 }

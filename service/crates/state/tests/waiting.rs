@@ -4,8 +4,10 @@ mod support;
 
 use pdn_schemas::event::FactorKind;
 use pdn_schemas::problem::Code;
-use pdn_state::{DecisionRequest, Limits, Offered, Operation, Vehicle};
-use support::{Script, bits, config, diagonal, level, mission, odometry_covariance, place, pool, running};
+use pdn_state::{DecisionRequest, Limits, OfferOutcome, Operation, Vehicle};
+use support::{
+    SENT_BYTES, Script, bits, config, diagonal, level, mission, odometry_covariance, place, pool, running,
+};
 
 fn step(script: &mut Script, from: u64, to: u64) {
     let relative = [0, 1, 2].map(|axis| place(to)[axis] - place(from)[axis]);
@@ -17,13 +19,13 @@ fn step(script: &mut Script, from: u64, to: u64) {
     });
 }
 
-fn offer(vehicle: &mut Vehicle, script: &Script) -> Vec<Offered> {
+fn offer(vehicle: &mut Vehicle, script: &Script) -> Vec<OfferOutcome> {
     let from = mission(vehicle).next_seq() as usize;
-    script.events[from..].iter().map(|event| vehicle.offer(event.clone())).collect()
+    script.events[from..].iter().map(|event| vehicle.offer(event.clone(), SENT_BYTES)).collect()
 }
 
-fn refusals(offered: &[Offered]) -> Vec<(u64, Code)> {
-    let refused = offered.iter().flat_map(|offered| &offered.refused);
+fn refusals(outcome: &[OfferOutcome]) -> Vec<(u64, Code)> {
+    let refused = outcome.iter().flat_map(|outcome| &outcome.refused);
     refused.map(|refusal| (refusal.seq, refusal.error.code())).collect()
 }
 
@@ -59,7 +61,8 @@ fn keyframes_wait_until_they_are_tied_and_bring_what_waited_for_them() {
     let graph = mission(&mut vehicle).begin_graph(None, false).run().expect("the graph is regular");
     for keyframe in &graph.keyframes {
         for axis in 0..3 {
-            // The steps are exact and the noise of depth and attitude is a few centimetres and hundredths of a radian.
+            // The steps are exact and the noise of depth and attitude is a few centimetres and hundredths of
+            // a radian.
             assert!(
                 (keyframe.pose.translation[axis] - place(keyframe.id)[axis]).abs() < 0.05,
                 "{keyframe:?}"
@@ -137,14 +140,14 @@ fn an_event_that_makes_the_graph_singular_is_undone_and_refused_alone() {
             script.depth(id);
         }
         script.keyframe(4, None); // ends the last group
-        let mut offered = Vec::new();
+        let mut outcome = Vec::new();
         for event in &script.events {
-            offered.push(vehicle.offer(event.clone()));
+            outcome.push(vehicle.offer(event.clone(), SENT_BYTES));
             if ask {
                 mission(&mut vehicle).state();
             }
         }
-        (vehicle, refusals(&offered))
+        (vehicle, refusals(&outcome))
     };
     let (_, clean) = with(false, false);
     assert_eq!(clean, []);

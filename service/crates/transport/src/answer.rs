@@ -1,30 +1,30 @@
 //! The answer to one question: exactly one reply, whatever happens.
 
-use crate::inbox::Permit;
 use crate::parameters::Parameters;
 use pdn_schemas::codec::{self, Format, Message};
 use pdn_schemas::problem::{Code, Problem};
 use std::fmt;
+use tokio::sync::OwnedSemaphorePermit;
 use zenoh::Wait;
 use zenoh::bytes::Encoding;
 use zenoh::query::Query;
 
-/// A question that waits for its answer. Dropped without one, it answers `internal`: a client never waits in vain.
+/// A question that waits for its answer. Dropped without one, it answers `internal`: no client waits in vain.
 pub struct Answer {
     query: Option<Query>,
     format: Format,
-    permit: Option<Permit>,
+    permit: Option<OwnedSemaphorePermit>,
 }
 
 impl Answer {
     /// The place for the answer to `query`, whose parameters say in which format.
     pub fn new(query: Query, parameters: &Parameters) -> Answer {
-        let format = if parameters.ask_for_bincode() { Format::Bincode } else { Format::Json };
+        let format = if parameters.wants_bincode() { Format::Bincode } else { Format::Json };
         Answer { query: Some(query), format, permit: None }
     }
 
-    /// Counts the question as under way until its answer is sent.
-    pub fn hold(&mut self, permit: Permit) {
+    /// Counts the question as in flight until its answer is sent.
+    pub fn hold(&mut self, permit: OwnedSemaphorePermit) {
         self.permit = Some(permit);
     }
 

@@ -6,30 +6,23 @@ use pdn_schemas::ids::VehicleId;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::topics::Topic;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 
-/// Something for a vehicle that is not known yet: a configuration, or an event that came too early.
+/// A message for a vehicle that is not known yet: a configuration, or an event that came too early.
 #[derive(Debug)]
-pub struct Knock {
-    /// Who.
+pub struct UnknownVehicle {
+    /// Id of the vehicle.
     pub vehicle: VehicleId,
-    /// What; of an event only its head.
+    /// The message; of an event only its head.
     pub incoming: Incoming,
-    _room: Room,
+    _bytes: OwnedSemaphorePermit,
 }
 
-/// Bytes that a knock takes up in the lobby, given back when it is dropped.
-#[derive(Debug)]
-struct Room {
-    taken: Arc<AtomicUsize>,
-    bytes: usize,
-}
-
-/// How much may wait in the lobby.
+/// How much may wait for admission.
 #[derive(Clone, Copy, Debug)]
-pub struct LobbyBounds {
+pub struct AdmissionBounds {
     /// Configurations and events.
     pub messages: usize,
     /// Bytes of their payloads.
@@ -40,24 +33,22 @@ pub struct LobbyBounds {
 #[derive(Debug)]
 pub struct Directory {
     inboxes: RwLock<Option<BTreeMap<VehicleId, Inbox>>>,
-    lobby: mpsc::Sender<Knock>,
-    lobby_bytes: usize,
-    taken: Arc<AtomicUsize>,
-    lost_knocks: AtomicU64,
+    admission: mpsc::Sender<UnknownVehicle>,
+    bytes: Arc<Semaphore>,
+    dropped_unknown: AtomicU64,
 }
 
 impl Directory {
-    /// An empty directory, and the end at which someone answers for vehicles that are not in it.
-    pub fn new(bounds: LobbyBounds) -> (Directory, mpsc::Receiver<Knock>) {
-        let (lobby, knocks) = mpsc::channel(bounds.messages.max(1));
+    /// An empty directory, and the receiver of what comes for vehicles that are not in it.
+    pub fn new(bounds: AdmissionBounds) -> (Directory, mpsc::Receiver<UnknownVehicle>) {
+        let (admission, messages) = mpsc::channel(bounds.messages.max(1));
         let directory = Directory {
             inboxes: RwLock::new(Some(BTreeMap::new())),
-            lobby,
-            lobby_bytes: bounds.bytes,
-            taken: Arc::default(),
-            lost_knocks: AtomicU64::new(0),
+            admission,
+            bytes: Arc::new(Semaphore::new(bounds.bytes)),
+            dropped_unknown: AtomicU64::new(0),
         };
-        (directory, knocks)
+        (directory, messages)
     }
 
     /// Adds a vehicle; false if the directory is closed.
@@ -89,20 +80,20 @@ impl Directory {
         closed.iter().flat_map(BTreeMap::values).for_each(Inbox::close);
     }
 
-    /// Delivers, or answers at once why not. An event for which there is no room is left to the client's outbox,
-    /// which sends it again because it is not acknowledged; the inbox counts it.
+    /// Delivers, or answers at once why not. An event for which there is no room is left to the client's
+    /// outbox, which sends it again because it is not acknowledged; the inbox counts it.
     pub fn deliver(&self, vehicle: VehicleId, incoming: Incoming) {
         let refused = {
             let inboxes = self.inboxes.read().unwrap_or_else(PoisonError::into_inner);
             match inboxes.as_ref() {
                 None => Some((Box::new(incoming), not_ready())),
                 Some(inboxes) => match inboxes.get(&vehicle) {
-                    Some(inbox) => inbox.offer(incoming).err().map(|(incoming, why)| match why {
+                    Some(inbox) => inbox.try_send(incoming).err().map(|(incoming, why)| match why {
                         Refused::Full(bound) => (incoming, overloaded(&vehicle, bound)),
                         Refused::Closed => (incoming, not_ready()),
                         Refused::Gone => (incoming, gone(&vehicle)),
                     }),
-                    None => self.knock(vehicle, incoming),
+                    None => self.deliver_to_admission(vehicle, incoming),
                 },
             }
         };
@@ -113,34 +104,34 @@ impl Directory {
     }
 
     /// Events for unknown vehicles that were dropped unseen since the last call.
-    pub fn lost_knocks(&self) -> u64 {
-        self.lost_knocks.swap(0, Ordering::Relaxed)
+    pub fn dropped_unknown(&self) -> u64 {
+        self.dropped_unknown.swap(0, Ordering::Relaxed)
     }
 
-    fn knock(&self, vehicle: VehicleId, mut incoming: Incoming) -> Option<(Box<Incoming>, Problem)> {
+    fn deliver_to_admission(
+        &self,
+        vehicle: VehicleId,
+        mut incoming: Incoming,
+    ) -> Option<(Box<Incoming>, Problem)> {
         match &mut incoming {
             Incoming::Question(question) if question.topic != Topic::OpConfigure => {
                 let problem = unknown_vehicle(&vehicle);
                 return Some((Box::new(incoming), problem));
             }
-            Incoming::Event(event) => event.payload.keep_head(),
+            Incoming::Event(event) => event.payload.truncate_to_head(),
             _ => {}
         }
-        let bytes = incoming.bytes();
-        // Added before it is compared, so that many callbacks at once cannot pass the bound together.
-        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
-        let knock = Knock { vehicle, incoming, _room: Room { taken: self.taken.clone(), bytes } };
-        let refused =
-            if taken > self.lobby_bytes { knock } else { self.lobby.try_send(knock).err()?.into_inner() };
-        self.lost_knocks.fetch_add(1, Ordering::Relaxed);
-        let problem = overloaded(&refused.vehicle, "the room for vehicles that are not known yet");
-        Some((Box::new(refused.incoming), problem))
-    }
-}
-
-impl Drop for Room {
-    fn drop(&mut self) {
-        self.taken.fetch_sub(self.bytes, Ordering::Relaxed);
+        let bytes = u32::try_from(incoming.bytes()).unwrap_or(u32::MAX);
+        let refused = match self.bytes.clone().try_acquire_many_owned(bytes) {
+            Ok(permit) => {
+                let message = UnknownVehicle { vehicle: vehicle.clone(), incoming, _bytes: permit };
+                self.admission.try_send(message).err()?.into_inner().incoming
+            }
+            Err(_) => incoming,
+        };
+        self.dropped_unknown.fetch_add(1, Ordering::Relaxed);
+        let problem = overloaded(&vehicle, "the room for vehicles that are not known yet");
+        Some((Box::new(refused), problem))
     }
 }
 

@@ -1,27 +1,27 @@
-//! The hand-over from Zenoh's callbacks to the thread that owns a vehicle: bounded by count and by bytes, and
-//! never waiting on the side of the callback.
+//! The hand-over from Zenoh's callbacks to the thread that owns a vehicle: a channel that is bounded by count
+//! and by bytes, whose senders never wait.
 //!
-//! Messages are taken in the order in which they came, but for questions about how things stand now: such a one
-//! waits at most [`PATIENCE`] behind events that take long to apply, then it goes first. Questions and commands are
-//! counted from here until their answer is sent, each class against a bound of its own, so that neither events nor
-//! questions nor commands can take the room of the others.
+//! Messages are received in the order in which they were sent, but for questions about how things stand now:
+//! such a one waits at most [`OVERTAKE_AFTER`] behind events that take long to apply, then it goes first.
+//! Questions and commands are counted from here until their answer is sent, each class against a bound of its
+//! own, so that neither events nor questions nor commands can take the room of the others.
 
 use crate::message::{Class, Incoming};
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tokio::sync::Notify;
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
 /// How long a question about how things stand now lets what came before it go first.
-pub const PATIENCE: Duration = Duration::from_millis(20);
+pub const OVERTAKE_AFTER: Duration = Duration::from_millis(20);
 
-/// How much may wait, or be under way.
+/// How much may be queued, or in flight.
 #[derive(Clone, Copy, Debug)]
 pub struct InboxBounds {
-    /// Events that wait.
+    /// Events that are queued.
     pub events: usize,
-    /// Bytes of payload that wait.
+    /// Bytes of payload that are queued.
     pub bytes: usize,
     /// Questions of [`Class::Long`] that are not answered yet.
     pub questions: usize,
@@ -31,13 +31,13 @@ pub struct InboxBounds {
     pub commands: usize,
 }
 
-/// The end that callbacks offer to.
+/// The end of the callbacks.
 #[derive(Clone, Debug)]
 pub struct Inbox(Arc<Shared>);
 
-/// The end that the owner takes from.
+/// The end of the owner.
 #[derive(Debug)]
-pub struct Mail(Arc<Shared>);
+pub struct InboxReceiver(Arc<Shared>);
 
 /// Why a message was given back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,27 +50,21 @@ pub enum Refused {
     Gone,
 }
 
-/// Counts a question or command until it is dropped, which is when its answer is sent.
-#[derive(Debug)]
-pub struct Permit {
-    shared: Arc<Shared>,
-    class: Class,
-}
-
 #[derive(Debug)]
 struct Shared {
     bounds: InboxBounds,
     queues: Mutex<Queues>,
-    come: Notify,
-    under_way: [AtomicUsize; Class::COUNT],
+    sent: Notify,
+    /// For each class, the permits of the questions or commands that may be in flight.
+    in_flight: [Arc<Semaphore>; Class::ALL.len()],
     refused: AtomicU64,
 }
 
 #[derive(Debug, Default)]
 struct Queues {
-    in_order: VecDeque<Waiting>,
-    about_now: VecDeque<Waiting>,
-    taken: u64,
+    in_order: VecDeque<Queued>,
+    overtaking: VecDeque<Queued>,
+    sent: u64,
     events: usize,
     bytes: usize,
     closed: bool,
@@ -78,54 +72,60 @@ struct Queues {
 }
 
 #[derive(Debug)]
-struct Waiting {
+struct Queued {
     ticket: u64,
     since: Instant,
     incoming: Incoming,
 }
 
 /// A new inbox.
-pub fn inbox(bounds: InboxBounds) -> (Inbox, Mail) {
+pub fn channel(bounds: InboxBounds) -> (Inbox, InboxReceiver) {
+    let permits = |class| match class {
+        Class::Status => bounds.status_questions,
+        Class::Long => bounds.questions,
+        Class::Command => bounds.commands,
+    };
     let shared = Arc::new(Shared {
         bounds,
         queues: Mutex::default(),
-        come: Notify::new(),
-        under_way: Default::default(),
+        sent: Notify::new(),
+        in_flight: Class::ALL.map(|class| Arc::new(Semaphore::new(permits(class).max(1)))),
         refused: AtomicU64::new(0),
     });
-    (Inbox(shared.clone()), Mail(shared))
+    (Inbox(shared.clone()), InboxReceiver(shared))
 }
 
 impl Inbox {
     /// Hands over, or gives back what there is no room for. Nobody waits.
-    pub fn offer(&self, mut incoming: Incoming) -> Result<(), (Box<Incoming>, Refused)> {
-        let class = incoming.class();
+    pub fn try_send(&self, mut incoming: Incoming) -> Result<(), (Box<Incoming>, Refused)> {
         let mut queues = self.0.queues();
-        if let Err(why) = self.0.check(&queues, class, incoming.bytes()) {
-            drop(queues);
-            self.0.refused.fetch_add(1, Ordering::Relaxed);
-            return Err((Box::new(incoming), why));
+        let permit = match self.0.admit(&queues, &incoming) {
+            Ok(permit) => permit,
+            Err(why) => {
+                drop(queues);
+                self.0.refused.fetch_add(1, Ordering::Relaxed);
+                return Err((Box::new(incoming), why));
+            }
+        };
+        if let (Incoming::Question(question), Some(permit)) = (&mut incoming, permit) {
+            question.answer.hold(permit);
         }
-        if let (Incoming::Question(question), Some(class)) = (&mut incoming, class) {
-            self.0.under_way[class as usize].fetch_add(1, Ordering::Relaxed);
-            question.answer.hold(Permit { shared: self.0.clone(), class });
-        }
-        queues.push(incoming.is_about_now(), incoming, Instant::now());
+        queues.push(incoming.may_overtake(), incoming, Instant::now());
         drop(queues);
-        self.0.come.notify_one();
+        self.0.sent.notify_one();
         Ok(())
     }
 
-    /// Takes nothing more; what waits can still be taken.
+    /// Takes nothing more; what is queued can still be received.
     pub fn close(&self) {
         self.0.queues().closed = true;
-        self.0.come.notify_one();
+        self.0.sent.notify_one();
     }
 }
 
-impl Mail {
-    /// The next message; none once the inbox is closed and all has been taken.
-    pub async fn next(&mut self) -> Option<Incoming> {
+impl InboxReceiver {
+    /// The next message; none once the inbox is closed and all has been received.
+    pub async fn recv(&mut self) -> Option<Incoming> {
         loop {
             {
                 let mut queues = self.0.queues();
@@ -136,7 +136,7 @@ impl Mail {
                     return None;
                 }
             }
-            self.0.come.notified().await;
+            self.0.sent.notified().await;
         }
     }
 
@@ -146,21 +146,15 @@ impl Mail {
     }
 }
 
-impl Drop for Mail {
+impl Drop for InboxReceiver {
     fn drop(&mut self) {
         let left = {
             let mut queues = self.0.queues();
             queues.gone = true;
-            (std::mem::take(&mut queues.in_order), std::mem::take(&mut queues.about_now))
+            (std::mem::take(&mut queues.in_order), std::mem::take(&mut queues.overtaking))
         };
         // Outside of the lock: questions among them answer, and give back their permits.
         drop(left);
-    }
-}
-
-impl Drop for Permit {
-    fn drop(&mut self) {
-        self.shared.under_way[self.class as usize].fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -170,53 +164,50 @@ impl Shared {
         self.queues.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether there is room. Only callers that hold the lock add, so no bound is passed together.
-    fn check(&self, queues: &Queues, class: Option<Class>, bytes: usize) -> Result<(), Refused> {
-        let bounds = &self.bounds;
-        let (count, bound, name) = match class {
-            None => (queues.events, bounds.events, "incoming_messages"),
+    /// Checks that there is room; gives the permit of a question or command.
+    fn admit(&self, queues: &Queues, incoming: &Incoming) -> Result<Option<OwnedSemaphorePermit>, Refused> {
+        if queues.gone {
+            return Err(Refused::Gone);
+        }
+        if queues.closed {
+            return Err(Refused::Closed);
+        }
+        let permit = match incoming.class() {
+            None if queues.events >= self.bounds.events.max(1) => {
+                return Err(Refused::Full("incoming_messages"));
+            }
+            None => None,
             Some(class) => {
-                let under_way = self.under_way[class as usize].load(Ordering::Relaxed);
-                match class {
-                    Class::Long => (under_way, bounds.questions, "max_questions_in_flight"),
-                    Class::Status => (under_way, bounds.status_questions, "max_status_questions"),
-                    Class::Command => (under_way, bounds.commands, "max_commands"),
-                }
+                let permit = self.in_flight[class as usize].clone().try_acquire_owned();
+                Some(permit.map_err(|_| Refused::Full(class.bound()))?)
             }
         };
-        if queues.gone {
-            Err(Refused::Gone)
-        } else if queues.closed {
-            Err(Refused::Closed)
-        } else if count >= bound.max(1) {
-            Err(Refused::Full(name))
-        } else if queues.bytes + bytes > bounds.bytes {
-            Err(Refused::Full("incoming_bytes"))
-        } else {
-            Ok(())
+        if queues.bytes + incoming.bytes() > self.bounds.bytes {
+            return Err(Refused::Full("incoming_bytes"));
         }
+        Ok(permit)
     }
 }
 
 impl Queues {
-    fn push(&mut self, is_about_now: bool, incoming: Incoming, since: Instant) {
+    fn push(&mut self, may_overtake: bool, incoming: Incoming, since: Instant) {
         self.events += usize::from(incoming.class().is_none());
         self.bytes += incoming.bytes();
-        self.taken += 1;
-        let waiting = Waiting { ticket: self.taken, since, incoming };
-        let queue = if is_about_now { &mut self.about_now } else { &mut self.in_order };
-        queue.push_back(waiting);
+        self.sent += 1;
+        let queued = Queued { ticket: self.sent, since, incoming };
+        let queue = if may_overtake { &mut self.overtaking } else { &mut self.in_order };
+        queue.push_back(queued);
     }
 
     fn pop(&mut self, now: Instant) -> Option<Incoming> {
-        let goes_first = match (self.about_now.front(), self.in_order.front()) {
-            (Some(about_now), Some(next)) => {
-                about_now.ticket < next.ticket || now.duration_since(about_now.since) >= PATIENCE
+        let overtakes = match (self.overtaking.front(), self.in_order.front()) {
+            (Some(overtaking), Some(next)) => {
+                overtaking.ticket < next.ticket || now.duration_since(overtaking.since) >= OVERTAKE_AFTER
             }
-            (about_now, _) => about_now.is_some(),
+            (overtaking, _) => overtaking.is_some(),
         };
-        let queue = if goes_first { &mut self.about_now } else { &mut self.in_order };
-        let Waiting { incoming, .. } = queue.pop_front()?;
+        let queue = if overtakes { &mut self.overtaking } else { &mut self.in_order };
+        let Queued { incoming, .. } = queue.pop_front()?;
         self.events -= usize::from(incoming.class().is_none());
         self.bytes -= incoming.bytes();
         Some(incoming)
@@ -231,8 +222,8 @@ mod tests {
     const BOUNDS: InboxBounds =
         InboxBounds { events: 3, bytes: 100, questions: 2, status_questions: 1, commands: 1 };
 
-    fn stray(bytes: usize) -> Incoming {
-        Incoming::Stray(Problem::new(Code::Invalid, "x".repeat(bytes), None))
+    fn unroutable(bytes: usize) -> Incoming {
+        Incoming::Unroutable(Problem::new(Code::Invalid, "x".repeat(bytes), None))
     }
 
     fn runtime() -> tokio::runtime::Runtime {
@@ -242,36 +233,36 @@ mod tests {
     #[test]
     fn neither_bound_of_events_is_passed_and_room_comes_back() {
         runtime().block_on(async {
-            let (inbox, mut mail) = inbox(BOUNDS);
-            inbox.offer(stray(60)).unwrap();
-            assert_eq!(inbox.offer(stray(41)).unwrap_err().1, Refused::Full("incoming_bytes"));
-            inbox.offer(stray(40)).unwrap();
-            inbox.offer(stray(0)).unwrap();
-            assert_eq!(inbox.offer(stray(0)).unwrap_err().1, Refused::Full("incoming_messages"));
-            assert_eq!((mail.refused(), mail.refused()), (2, 0));
-            assert_eq!(mail.next().await.unwrap().bytes(), 60);
-            inbox.offer(stray(60)).unwrap();
+            let (inbox, mut receiver) = channel(BOUNDS);
+            inbox.try_send(unroutable(60)).unwrap();
+            assert_eq!(inbox.try_send(unroutable(41)).unwrap_err().1, Refused::Full("incoming_bytes"));
+            inbox.try_send(unroutable(40)).unwrap();
+            inbox.try_send(unroutable(0)).unwrap();
+            assert_eq!(inbox.try_send(unroutable(0)).unwrap_err().1, Refused::Full("incoming_messages"));
+            assert_eq!((receiver.refused(), receiver.refused()), (2, 0));
+            assert_eq!(receiver.recv().await.unwrap().bytes(), 60);
+            inbox.try_send(unroutable(60)).unwrap();
             inbox.close();
-            assert_eq!(inbox.offer(stray(0)).unwrap_err().1, Refused::Closed);
+            assert_eq!(inbox.try_send(unroutable(0)).unwrap_err().1, Refused::Closed);
             let mut left = 0;
-            while mail.next().await.is_some() {
+            while receiver.recv().await.is_some() {
                 left += 1;
             }
             assert_eq!(left, 3);
-            drop(mail);
-            assert_eq!(inbox.offer(stray(0)).unwrap_err().1, Refused::Gone);
+            drop(receiver);
+            assert_eq!(inbox.try_send(unroutable(0)).unwrap_err().1, Refused::Gone);
         });
     }
 
     #[test]
     fn a_question_about_now_keeps_its_place_but_not_for_long() {
         let (mut queues, start) = (Queues::default(), Instant::now());
-        for (bytes, is_about_now) in [(1, false), (2, true), (3, false), (4, true), (5, false)] {
-            queues.push(is_about_now, stray(bytes), start);
+        for (bytes, may_overtake) in [(1, false), (2, true), (3, false), (4, true), (5, false)] {
+            queues.push(may_overtake, unroutable(bytes), start);
         }
         let mut pop = |now| queues.pop(now).map(|incoming| incoming.bytes());
         assert_eq!([pop(start), pop(start)], [Some(1), Some(2)]);
-        let late = start + PATIENCE;
+        let late = start + OVERTAKE_AFTER;
         assert_eq!([pop(late), pop(late), pop(late), pop(late)], [Some(4), Some(3), Some(5), None]);
         assert_eq!((queues.events, queues.bytes), (0, 0));
     }

@@ -13,10 +13,11 @@ use pdn_schemas::topics::{Role, Topic};
 use std::sync::Arc;
 use std::time::Instant;
 use zenoh::Session;
-use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
 use zenoh::sample::Sample;
+
+pub use zenoh::liveliness::LivelinessToken;
 
 /// The declarations through which everything comes in. Dropping it undeclares them.
 pub struct Intake {
@@ -35,17 +36,17 @@ impl Intake {
         };
         let to = directory.clone();
         let events =
-            session.declare_subscriber(keys[0].clone()).callback(move |sample| take_event(&to, &sample));
+            session.declare_subscriber(keys[0].clone()).callback(move |sample| on_event(&to, &sample));
         let events = events.await.map_err(|cause| refused(&keys[0], cause))?;
         let to = directory.clone();
         let questions = session
             .declare_queryable(keys[1].clone())
-            .callback(move |query| take_question(&to, query, Role::Question));
+            .callback(move |query| on_query(&to, query, Role::Question));
         let questions = questions.await.map_err(|cause| refused(&keys[1], cause))?;
         let to = directory;
         let commands = session
             .declare_queryable(keys[2].clone())
-            .callback(move |query| take_question(&to, query, Role::Command));
+            .callback(move |query| on_query(&to, query, Role::Command));
         let commands = commands.await.map_err(|cause| refused(&keys[2], cause))?;
         Ok(Intake { events, questions, commands })
     }
@@ -63,15 +64,15 @@ impl Intake {
     }
 }
 
-/// Declares that the service is ready, for every vehicle at once: `pdn/*/v1/alive/planner`. A client that looks
-/// for `pdn/<its id>/v1/alive/planner` finds it before and after it configures a mission.
+/// Declares that the service is ready, for every vehicle at once: `pdn/*/v1/alive/planner`. A client that
+/// looks for `pdn/<its id>/v1/alive/planner` finds it before and after it configures a mission.
 pub async fn declare_ready(session: &Session) -> Result<LivelinessToken, SessionError> {
     let key = every_vehicle(Topic::AlivePlanner);
     let token = session.liveliness().declare_token(key.clone()).await;
     token.map_err(|cause| SessionError::Declare { key, cause: cause.to_string() })
 }
 
-fn take_event(directory: &Directory, sample: &Sample) {
+fn on_event(directory: &Directory, sample: &Sample) {
     let key = sample.key_expr().as_str();
     match Key::parse(key) {
         Ok(Key { vehicle, topic, .. }) if topic.role() == Role::Event => {
@@ -79,13 +80,13 @@ fn take_event(directory: &Directory, sample: &Sample) {
             directory.deliver(vehicle, Event { topic, payload }.into());
         }
         _ => match vehicle_of(key) {
-            Some(vehicle) => directory.deliver(vehicle, Incoming::Stray(no_such_key(key, Role::Event))),
+            Some(vehicle) => directory.deliver(vehicle, Incoming::Unroutable(no_such_key(key, Role::Event))),
             None => tracing::warn!(%key, "an event under a key without a vehicle's id was refused"),
         },
     }
 }
 
-fn take_question(directory: &Directory, query: Query, role: Role) {
+fn on_query(directory: &Directory, query: Query, role: Role) {
     let arrived = Instant::now();
     let parameters = Parameters::new(query.parameters().as_str());
     let answer = |query| Answer::new(query, &parameters);
@@ -113,8 +114,8 @@ fn no_such_key(key: &str, role: Role) -> Problem {
     let listed: Vec<_> =
         Topic::ALL.iter().filter(|topic| topic.role() == role).map(|topic| topic.suffix()).collect();
     let message = format!(
-        "{:?} is no key of this service; under pdn/<vehicle>/v1/, with the vehicle's id of a-z, 0-9, _ and -, it \
-         takes {}",
+        "{:?} is no key of this service; under pdn/<vehicle>/v1/, with the vehicle's id of a-z, 0-9, \
+         _ and -, it takes {}",
         key.chars().take(200).collect::<String>(),
         listed.join(", ")
     );

@@ -43,8 +43,17 @@ pub enum Class {
 }
 
 impl Class {
-    /// How many there are.
-    pub const COUNT: usize = 3;
+    /// Each of them, in the order of their numbers.
+    pub const ALL: [Class; 3] = [Class::Status, Class::Long, Class::Command];
+
+    /// Name of the setting that bounds how many are in flight.
+    pub fn bound(self) -> &'static str {
+        match self {
+            Class::Status => "max_status_questions",
+            Class::Long => "max_questions_in_flight",
+            Class::Command => "max_commands",
+        }
+    }
 }
 
 impl Question {
@@ -57,9 +66,9 @@ impl Question {
         }
     }
 
-    /// Whether it asks how things stand now, and not after some event.
-    pub fn is_about_now(&self) -> bool {
-        self.class() == Class::Status && !self.parameters.wait_for_an_event()
+    /// Whether it asks how things stand now, and not after some event: then it may overtake.
+    pub fn may_overtake(&self) -> bool {
+        self.class() == Class::Status && !self.parameters.has_after()
     }
 }
 
@@ -69,7 +78,7 @@ pub enum Incoming {
     /// A publication of the vehicle.
     Event(Event),
     /// A publication under a key of the vehicle that is none of the contract's; to be told on `out/rejected`.
-    Stray(Problem),
+    Unroutable(Problem),
     /// A query.
     Question(Box<Question>),
 }
@@ -78,21 +87,21 @@ impl Incoming {
     /// The class of a question or command; none for an event.
     pub fn class(&self) -> Option<Class> {
         match self {
-            Incoming::Event(_) | Incoming::Stray(_) => None,
+            Incoming::Event(_) | Incoming::Unroutable(_) => None,
             Incoming::Question(question) => Some(question.class()),
         }
     }
 
-    /// Whether it need not wait for the events that came before it; see [`Question::is_about_now`].
-    pub fn is_about_now(&self) -> bool {
-        matches!(self, Incoming::Question(question) if question.is_about_now())
+    /// Whether it need not wait for the events that came before it; see [`Question::may_overtake`].
+    pub fn may_overtake(&self) -> bool {
+        matches!(self, Incoming::Question(question) if question.may_overtake())
     }
 
     /// Bytes of payload that it holds.
     pub fn bytes(&self) -> usize {
         match self {
             Incoming::Event(event) => event.payload.len(),
-            Incoming::Stray(problem) => problem.message.len(),
+            Incoming::Unroutable(problem) => problem.message.len(),
             Incoming::Question(question) => question.payload.len() + question.parameters.len(),
         }
     }

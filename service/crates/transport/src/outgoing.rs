@@ -1,17 +1,18 @@
-//! What goes out of one vehicle, sent by threads of its own: a client that does not read holds up one of these
-//! threads until Zenoh closes its link (`wait_before_close`), never the mission and never another vehicle.
+//! What goes out of one vehicle, sent by threads of its own: a client that does not read holds up one of
+//! these threads until Zenoh closes its link (`wait_before_close`), never the mission and never another
+//! vehicle.
 //!
 //! What the next publication supersedes (`out/ack`, `out/state`) never waits for a client and has a thread to
-//! itself, so that acknowledgements flow whoever else does not read. Other publications wait for slow clients, and
-//! answers for theirs only.
+//! itself, so that acknowledgements flow whoever else does not read. Other publications wait for slow
+//! clients, and answers for theirs only.
 //!
-//! Zenoh queues what goes to a client by priority, and whoever waits for room in such a queue keeps every other
-//! sender from it, even one that would not wait. Hence each of the three kinds has a priority of its own: answers
-//! that of their questions, which is `Data`, and events on their way to other listeners `Background`
-//! (deploy/zenoh.json5).
+//! Zenoh queues what goes to a client by priority, and whoever waits for room in such a queue keeps every
+//! other sender from it, even one that would not wait. Hence each of the three kinds has a priority of its
+//! own: answers that of their questions, which is `Data`, and events on their way to other listeners
+//! `Background` (deploy/zenoh.json5).
 
 use crate::answer::Answer;
-use crate::answering::Answering;
+use crate::answer_pool::AnswerPool;
 use crate::session::SessionError;
 use pdn_schemas::codec::{self, CodecError, Format, Message};
 use pdn_schemas::ids::VehicleId;
@@ -32,7 +33,7 @@ use zenoh::{Session, Wait};
 pub struct OutgoingBounds {
     /// Publications of each of the two kinds.
     pub publications: usize,
-    /// Answers; as many as there can be questions and commands under way.
+    /// Answers; as many as there can be questions and commands in flight.
     pub answers: usize,
 }
 
@@ -42,7 +43,7 @@ pub struct Outgoing {
     superseded: SyncSender<Publication>,
     lasting: SyncSender<Publication>,
     publishing: [JoinHandle<()>; 2],
-    answering: Answering,
+    answer_pool: AnswerPool,
     left_out: AtomicU64,
 }
 
@@ -70,13 +71,13 @@ impl Outgoing {
                 spawn(format!("state {vehicle}"), move || publish_all(&superseded, &states))?,
                 spawn(format!("news {vehicle}"), move || publish_all(&lasting, &news))?,
             ],
-            answering: Answering::new(format!("answer {vehicle}"), bounds.answers),
+            answer_pool: AnswerPool::new(format!("answer {vehicle}"), bounds.answers),
             left_out: AtomicU64::new(0),
         })
     }
 
-    /// Publishes, or leaves it out where too many wait for a client that does not read. What lasts is counted then
-    /// ([`Self::left_out`]); it can still be asked for, or is counted where it can be asked for.
+    /// Publishes, or leaves it out where too many wait for a client that does not read. What lasts is counted
+    /// then ([`Self::left_out`]); it can still be asked for, or is counted where it can be asked for.
     pub fn publish<T: Message + Send + 'static>(&self, topic: Topic, message: T) {
         let write = Box::new(move || codec::encode(&message, Format::Json));
         let queue = if is_superseded(topic) { &self.superseded } else { &self.lasting };
@@ -97,19 +98,19 @@ impl Outgoing {
 
     /// Sends an answer.
     pub fn answer<T: Message + Send + 'static>(&self, answer: Answer, reply: Result<T, Problem>) {
-        self.answering.send(Box::new(move || answer.send(&reply)));
+        self.answer_pool.send(Box::new(move || answer.send(&reply)));
     }
 
     /// Sends a refusal.
     pub fn refuse(&self, answer: Answer, problem: Problem) {
-        self.answering.send(Box::new(move || answer.refuse(&problem)));
+        self.answer_pool.send(Box::new(move || answer.refuse(&problem)));
     }
 
     /// Waits until all is sent. A client that does not read is waited for until Zenoh closes its link.
     pub fn finish(self) {
-        let Outgoing { superseded, lasting, publishing, answering, .. } = self;
+        let Outgoing { superseded, lasting, publishing, answer_pool, .. } = self;
         drop((superseded, lasting));
-        answering.finish();
+        answer_pool.finish();
         for thread in publishing {
             if thread.join().is_err() {
                 tracing::error!("a publishing thread had failed");
@@ -118,8 +119,8 @@ impl Outgoing {
     }
 }
 
-/// Publishes a refusal on behalf of a vehicle that is not known, and so has no thread that sends. Nobody waits: what
-/// was refused was not acknowledged either, and is sent again.
+/// Publishes a refusal on behalf of a vehicle that is not known, and so has no thread that sends. Nobody
+/// waits: what was refused was not acknowledged either, and is sent again.
 pub async fn reject(session: &Session, vehicle: &VehicleId, problem: &Problem) -> Result<(), SessionError> {
     let key = key(vehicle, Topic::OutRejected);
     let bytes = codec::encode(problem, Format::Json).unwrap_or_default();
@@ -165,8 +166,8 @@ fn spawn(name: String, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle
     thread.map_err(|cause| SessionError::Declare { key: name, cause: cause.to_string() })
 }
 
-fn publish_all(parcels: &Receiver<Publication>, publishers: &BTreeMap<Topic, Publisher<'static>>) {
-    while let Ok(Publication { topic, write }) = parcels.recv() {
+fn publish_all(publications: &Receiver<Publication>, publishers: &BTreeMap<Topic, Publisher<'static>>) {
+    while let Ok(Publication { topic, write }) = publications.recv() {
         let Some(publisher) = publishers.get(&topic) else { continue };
         let sent = match write() {
             Ok(bytes) => publisher.put(bytes).wait().map_err(|error| error.to_string()),

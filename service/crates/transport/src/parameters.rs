@@ -1,6 +1,6 @@
-//! The parameters of a query: `after=12;deadline_ms=500;detail=full`. A name that the key does not take, a name
-//! given twice or a value that cannot be read is refused by name: a mistyped what-if must not pass for the plain
-//! question.
+//! The parameters of a query: `after=12;deadline_ms=500;detail=full`. A name that the key does not take, a
+//! name given twice or a value that cannot be read is refused by name: a mistyped what-if must not pass for
+//! the plain question.
 
 use pdn_schemas::limits::MAX_PARAMETERS_CHARS;
 use pdn_schemas::problem::{Code, Problem};
@@ -8,16 +8,16 @@ use pdn_schemas::topics::{COMMON_PARAMETERS, Topic};
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-/// The text of the parameters, not yet taken apart.
+/// The text of the parameters, not yet parsed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parameters(String);
 
-/// Parameters taken apart: each name at most once, each one that the key takes.
+/// The parameters, parsed: each name at most once, each one that the key takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Named(BTreeMap<String, String>);
+pub struct ParsedParameters(BTreeMap<String, String>);
 
 impl Parameters {
-    /// The text as it stood in the query; a text that is too long is cut, and then refused by [`Self::named`].
+    /// The text as it stood in the query; one that is too long is cut, and then refused by [`Self::parse`].
     pub fn new(text: &str) -> Parameters {
         Parameters(text.chars().take(MAX_PARAMETERS_CHARS + 1).collect())
     }
@@ -33,20 +33,20 @@ impl Parameters {
     }
 
     /// Whether the reply shall be bincode; what else is wrong is told elsewhere.
-    pub fn ask_for_bincode(&self) -> bool {
+    pub fn wants_bincode(&self) -> bool {
         self.0.split(';').any(|part| part.trim() == "encoding=bincode")
     }
 
     /// Whether `after=` is among them; what else is wrong is told elsewhere.
-    pub fn wait_for_an_event(&self) -> bool {
+    pub fn has_after(&self) -> bool {
         self.0.split(';').any(|part| part.trim().starts_with("after"))
     }
 
-    /// Takes them apart for `topic`.
+    /// Parses them for `topic`.
     ///
     /// # Errors
     /// `invalid`, with the name and the names that the key takes; `too_large`.
-    pub fn named(&self, topic: Topic) -> Result<Named, Problem> {
+    pub fn parse(&self, topic: Topic) -> Result<ParsedParameters, Problem> {
         if self.0.chars().count() > MAX_PARAMETERS_CHARS {
             let message =
                 format!("the parameters are longer than MAX_PARAMETERS_CHARS = {MAX_PARAMETERS_CHARS}");
@@ -68,13 +68,13 @@ impl Parameters {
                 return Err(invalid(format!("the parameter {name} is given twice")));
             }
         }
-        let named = Named(named);
+        let named = ParsedParameters(named);
         named.one_of("encoding", &["json", "bincode"])?;
         Ok(named)
     }
 }
 
-impl Named {
+impl ParsedParameters {
     /// The text of a parameter, if it was given.
     pub fn text(&self, name: &str) -> Option<&str> {
         self.0.get(name).map(String::as_str)
@@ -94,7 +94,7 @@ impl Named {
     }
 
     /// `true` or `false`; false if it was not given.
-    pub fn yes(&self, name: &str) -> Result<bool, Problem> {
+    pub fn flag(&self, name: &str) -> Result<bool, Problem> {
         Ok(self.one_of(name, &["false", "true"])? == Some("true"))
     }
 
@@ -123,8 +123,8 @@ mod tests {
     use super::*;
 
     fn refusal(text: &str) -> Problem {
-        let named = Parameters::new(text).named(Topic::RpcDecision);
-        let read = |named: Named| -> Result<(), Problem> {
+        let named = Parameters::new(text).parse(Topic::RpcDecision);
+        let read = |named: ParsedParameters| -> Result<(), Problem> {
             named.whole("after")?;
             named.whole("deadline_ms")?;
             named.number("alpha")?;
@@ -138,15 +138,15 @@ mod tests {
     fn parameters_are_read_by_name() {
         let text = "after=12;alpha=0.5; detail=full;encoding=bincode;mission=m1";
         let parameters = Parameters::new(text);
-        assert!(parameters.ask_for_bincode() && parameters.wait_for_an_event());
-        let named = parameters.named(Topic::RpcDecision).unwrap();
+        assert!(parameters.wants_bincode() && parameters.has_after());
+        let named = parameters.parse(Topic::RpcDecision).unwrap();
         assert_eq!(named.whole("after").unwrap(), Some(12));
         assert_eq!(named.number("alpha").unwrap(), Some(0.5));
         assert_eq!(named.text("mission"), Some("m1"));
         assert_eq!(named.whole("deadline_ms").unwrap(), None);
-        assert!(!named.yes("marginals").unwrap());
-        assert!(Parameters::new("").named(Topic::RpcMission).is_ok());
-        assert!(!Parameters::new("mission=after").wait_for_an_event());
+        assert!(!named.flag("marginals").unwrap());
+        assert!(Parameters::new("").parse(Topic::RpcMission).is_ok());
+        assert!(!Parameters::new("mission=after").has_after());
     }
 
     #[test]

@@ -4,38 +4,38 @@ use pdn_schemas::codec::{self, Bound, CodecError, Format, Head, Message};
 use pdn_schemas::limits::MAX_REQUEST_BYTES;
 use zenoh::bytes::{Encoding, ZBytes};
 
-/// Bytes that are kept of a payload of which only the head matters.
+/// Bytes that are held of a payload of which only the head matters.
 const HEAD_BYTES: usize = 4096;
 
 /// A payload of at most [`MAX_REQUEST_BYTES`], or the beginning of a larger one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Payload {
-    kept: Vec<u8>,
+    bytes: Vec<u8>,
     sent_bytes: usize,
     encoding: String,
 }
 
 impl Payload {
-    /// Copies what is kept, so that a few bytes do not hold a whole receive buffer.
+    /// Copies what is held, so that a few bytes do not hold a whole receive buffer.
     pub fn new(bytes: &ZBytes, encoding: &Encoding) -> Payload {
         let sent_bytes = bytes.len();
-        let kept = if sent_bytes > MAX_REQUEST_BYTES { HEAD_BYTES } else { sent_bytes };
-        let mut copy = Vec::with_capacity(kept);
+        let held_bytes = if sent_bytes > MAX_REQUEST_BYTES { HEAD_BYTES } else { sent_bytes };
+        let mut copy = Vec::with_capacity(held_bytes);
         for slice in bytes.slices() {
-            copy.extend_from_slice(&slice[..slice.len().min(kept - copy.len())]);
+            copy.extend_from_slice(&slice[..slice.len().min(held_bytes - copy.len())]);
         }
-        Payload { kept: copy, sent_bytes, encoding: encoding.to_string() }
+        Payload { bytes: copy, sent_bytes, encoding: encoding.to_string() }
     }
 
     /// Lets go of all but the beginning, from which [`Self::head`] still tells.
-    pub fn keep_head(&mut self) {
-        self.kept.truncate(HEAD_BYTES);
-        self.kept.shrink_to_fit();
+    pub fn truncate_to_head(&mut self) {
+        self.bytes.truncate(HEAD_BYTES);
+        self.bytes.shrink_to_fit();
     }
 
     /// Bytes that are held.
     pub fn len(&self) -> usize {
-        self.kept.len()
+        self.bytes.len()
     }
 
     /// Whether nothing was sent.
@@ -52,13 +52,13 @@ impl Payload {
         if self.sent_bytes > limit {
             return Err(CodecError::TooLarge { message: T::NAME, bytes: self.sent_bytes, limit });
         }
-        codec::decode_encoded(&self.kept, &self.encoding)
+        codec::decode_encoded(&self.bytes, &self.encoding)
     }
 
     /// Mission and number of an event, if they can be told whatever else is wrong.
     pub fn head(&self) -> Option<Head> {
         let json = self.encoding == Encoding::APPLICATION_JSON.to_string();
-        codec::decode_head(&self.kept, if json { Format::Json } else { Format::Bincode })
+        codec::decode_head(&self.bytes, if json { Format::Json } else { Format::Bincode })
     }
 }
 
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_payload_that_is_too_large_only_the_head_is_kept() {
+    fn of_a_payload_that_is_too_large_only_the_head_is_held() {
         let mut bytes = codec::encode(&event(), Format::Bincode).unwrap();
         bytes.resize(10 * 1024 * 1024, 0);
         let payload = Payload::new(&bytes.into(), &codec::encoding::<LinkOutcome>(Format::Bincode).into());

@@ -16,9 +16,9 @@ pub const BUILT_IN: &str = include_str!("../../../../deploy/zenoh.json5");
 /// Link protocols that are compiled in.
 pub const PROTOCOLS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
 
-/// What the session is made from.
+/// What the session is configured from.
 #[derive(Clone, Debug, Default)]
-pub struct Network {
+pub struct ZenohSettings {
     /// Endpoints to serve on; empty: those of the configuration.
     pub listen: Vec<String>,
     /// Endpoints of routers to connect to; empty: those of the configuration.
@@ -31,7 +31,11 @@ pub struct Network {
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// The configuration file cannot be read.
-    #[error("cannot read the Zenoh configuration {}: {cause}; name an existing file with --zenoh-config or ZENOH_CONFIG", .path.display())]
+    #[error(
+        "cannot read the Zenoh configuration {}: {cause}; name an existing file with --zenoh-config or \
+         ZENOH_CONFIG",
+        .path.display()
+    )]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -56,8 +60,9 @@ pub enum SessionError {
     },
     /// Another program listens there.
     #[error(
-        "cannot listen on {}: the address is in use. Another pdnd or Zenoh router may be running: stop it, or \
-         choose another endpoint with -l, such as -l tcp/127.0.0.1:7448 (clients then need -e with the same)",
+        "cannot listen on {}: the address is in use. Another pdnd or Zenoh router may be running: stop it, \
+         or choose another endpoint with -l, such as -l tcp/127.0.0.1:7448 (clients then need -e with the \
+         same)",
         .endpoints.join(", ")
     )]
     InUse {
@@ -66,7 +71,8 @@ pub enum SessionError {
     },
     /// The session could not be opened for another reason.
     #[error(
-        "cannot serve on {}: {cause}; check that the address is one of this machine's and that the port may be used",
+        "cannot serve on {}: {cause}; check that the address is one of this machine's and that the port may \
+         be used",
         .endpoints.join(", ")
     )]
     Open {
@@ -102,27 +108,27 @@ pub enum SessionError {
 }
 
 /// The daemon's configuration: the built-in one, the file over it, the endpoints over both.
-pub fn configuration(network: &Network) -> Result<Config, SessionError> {
+pub fn configuration(settings: &ZenohSettings) -> Result<Config, SessionError> {
     let mut all = built_in();
-    let origin = network.file.clone().unwrap_or_else(|| PathBuf::from("the built-in configuration"));
-    if let Some(path) = &network.file {
+    let origin = settings.file.clone().unwrap_or_else(|| PathBuf::from("the built-in configuration"));
+    if let Some(path) = &settings.file {
         lay_over(&mut all, read(path)?);
     }
     let mut config = Config::from_json5(&all.to_string())
         .map_err(|cause| SessionError::Configuration { path: origin, cause: explained(&cause) })?;
-    set_endpoints(&mut config, "listen/endpoints", &network.listen)?;
-    set_endpoints(&mut config, "connect/endpoints", &network.connect)?;
+    set_endpoints(&mut config, "listen/endpoints", &settings.listen)?;
+    set_endpoints(&mut config, "connect/endpoints", &settings.connect)?;
     for endpoint in listens_on(&config).iter().chain(&connects_to(&config)) {
         check_endpoint(endpoint)?;
     }
     Ok(config)
 }
 
-/// The configuration of a client of the daemon, with the same transport and its security, but without the daemon's
-/// rules for what goes through it.
-pub fn client_configuration(network: &Network, endpoint: &str) -> Result<Config, SessionError> {
+/// The configuration of a client of the daemon, with the same transport and its security, but without the
+/// daemon's rules for what goes through it.
+pub fn client_configuration(settings: &ZenohSettings, endpoint: &str) -> Result<Config, SessionError> {
     check_endpoint(endpoint)?;
-    let mut config = configuration(network)?;
+    let mut config = configuration(settings)?;
     let listed = serde_json::to_string(&[endpoint]).expect("a list of strings");
     for (key, value) in [
         ("mode", "\"client\""),
@@ -175,7 +181,8 @@ pub async fn finds_ready(session: &Session, timeout: Duration) -> bool {
     else {
         return false;
     };
-    matches!(tokio::time::timeout(timeout, replies.recv_async()).await, Ok(Ok(reply)) if reply.result().is_ok())
+    let reply = tokio::time::timeout(timeout, replies.recv_async()).await;
+    matches!(reply, Ok(Ok(reply)) if reply.result().is_ok())
 }
 
 /// Closes the session; false if that took longer than `timeout`.
@@ -259,7 +266,7 @@ mod tests {
 
     #[test]
     fn the_built_in_configuration_serves_on_loopback_and_looks_for_nobody() {
-        let config = configuration(&Network::default()).unwrap();
+        let config = configuration(&ZenohSettings::default()).unwrap();
         assert_eq!(listens_on(&config), ["tcp/127.0.0.1:7447"]);
         assert!(connects_to(&config).is_empty());
         for (key, value) in [
@@ -274,15 +281,15 @@ mod tests {
 
     #[test]
     fn endpoints_given_replace_those_of_the_configuration() {
-        let network = Network {
+        let settings = ZenohSettings {
             listen: vec!["tcp/127.0.0.1:1".into(), "unixsock-stream//tmp/pdn".into()],
             connect: vec!["tls/ship:7447".into()],
             file: None,
         };
-        let config = configuration(&network).unwrap();
-        assert_eq!(listens_on(&config), network.listen);
-        assert_eq!(connects_to(&config), network.connect);
-        let client = client_configuration(&network, "tcp/127.0.0.1:1").unwrap();
+        let config = configuration(&settings).unwrap();
+        assert_eq!(listens_on(&config), settings.listen);
+        assert_eq!(connects_to(&config), settings.connect);
+        let client = client_configuration(&settings, "tcp/127.0.0.1:1").unwrap();
         assert!(listens_on(&client).is_empty());
         assert_eq!(connects_to(&client), ["tcp/127.0.0.1:1"]);
         assert_eq!(client.get_json("qos/network").unwrap(), "[]");
@@ -293,8 +300,8 @@ mod tests {
         for wrong in
             ["", "7447", "tcp", "tcp/", "tcp/127.0.0.1", "tcp/127.0.0.1:99999", "carrier-pigeon/roof:1"]
         {
-            let network = Network { listen: vec![wrong.into()], ..Network::default() };
-            let error = configuration(&network).unwrap_err();
+            let settings = ZenohSettings { listen: vec![wrong.into()], ..ZenohSettings::default() };
+            let error = configuration(&settings).unwrap_err();
             assert!(matches!(error, SessionError::Endpoint { .. }), "{wrong:?}: {error}");
         }
     }

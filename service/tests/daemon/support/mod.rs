@@ -3,8 +3,9 @@
 pub mod mission;
 
 use pdn_schemas::reply::Problem;
-use pdn_transport::session::{Network, client_configuration};
+use pdn_transport::session::{ZenohSettings, client_configuration};
 use serde_json::Value;
+use std::collections::VecDeque;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -22,6 +23,8 @@ pub const BOUND: Duration = Duration::from_secs(60);
 pub struct Daemon {
     child: Child,
     log: Receiver<String>,
+    /// Lines that came while it was waited for its end.
+    unread: VecDeque<String>,
     /// Where it listens.
     pub endpoint: String,
 }
@@ -30,7 +33,7 @@ impl Daemon {
     /// Starts one that listens on a free port, and waits until it says that it is ready.
     pub fn start(arguments: &[&str]) -> Daemon {
         let (child, log) = launch(&[&["-l", "tcp/127.0.0.1:0", "--log-format", "json"], arguments].concat());
-        let mut daemon = Daemon { child, log, endpoint: String::new() };
+        let mut daemon = Daemon { child, log, unread: VecDeque::new(), endpoint: String::new() };
         let ready = daemon.wait_for_line("\"ready\"");
         let line: Value = serde_json::from_str(&ready).expect("a JSON line");
         daemon.endpoint = line["listening"].as_str().expect("where it listens").to_owned();
@@ -39,9 +42,9 @@ impl Daemon {
 
     /// A client of it.
     pub fn client(&self) -> Client {
-        let config =
-            client_configuration(&Network::default(), &self.endpoint).expect("a client's configuration");
-        Client { session: zenoh::open(config).wait().expect("a session") }
+        let config = client_configuration(&ZenohSettings::default(), &self.endpoint);
+        let session = zenoh::open(config.expect("a client's configuration")).wait();
+        Client { session: session.expect("a session") }
     }
 
     /// Waits for a log line that contains `words`.
@@ -49,11 +52,18 @@ impl Daemon {
         let deadline = Instant::now() + BOUND;
         let mut seen = Vec::new();
         loop {
-            match self.log.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            match self.next_line(deadline) {
                 Ok(line) if line.contains(words) => return line,
                 Ok(line) => seen.push(line),
                 Err(error) => panic!("no line with {words:?} ({error:?}) but\n{}", seen.join("\n")),
             }
+        }
+    }
+
+    fn next_line(&mut self, deadline: Instant) -> Result<String, RecvTimeoutError> {
+        match self.unread.pop_front() {
+            Some(line) => Ok(line),
+            None => self.log.recv_timeout(deadline.saturating_duration_since(Instant::now())),
         }
     }
 
@@ -63,9 +73,16 @@ impl Daemon {
         assert!(sent.expect("kill").success());
     }
 
-    /// Waits until it has ended.
+    /// Waits until it has ended, which closes its log.
     pub fn ended(&mut self) -> ExitStatus {
-        ended(&mut self.child)
+        let deadline = Instant::now() + BOUND;
+        loop {
+            match self.log.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(line) => self.unread.push_back(line),
+                Err(RecvTimeoutError::Disconnected) => return self.child.wait().expect("a child"),
+                Err(RecvTimeoutError::Timeout) => panic!("the daemon has not ended"),
+            }
+        }
     }
 }
 
@@ -96,6 +113,7 @@ fn command(arguments: &[&str]) -> Command {
     command
 }
 
+#[allow(clippy::disallowed_methods, reason = "a full queue of lines would hold up the daemon")]
 fn launch(arguments: &[&str]) -> (Child, Receiver<String>) {
     let mut child = command(arguments).stderr(Stdio::piped()).spawn().expect("pdnd starts");
     let lines = BufReader::new(child.stderr.take().expect("a pipe"));
@@ -107,17 +125,6 @@ fn launch(arguments: &[&str]) -> (Child, Receiver<String>) {
         }
     });
     (child, log)
-}
-
-fn ended(child: &mut Child) -> ExitStatus {
-    let deadline = Instant::now() + BOUND;
-    loop {
-        if let Some(status) = child.try_wait().expect("a child") {
-            return status;
-        }
-        assert!(Instant::now() < deadline, "the daemon has not ended");
-        std::thread::yield_now();
-    }
 }
 
 /// A client that speaks JSON, as an independent program would.

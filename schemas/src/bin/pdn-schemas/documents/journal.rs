@@ -8,12 +8,13 @@ use schemars::{Schema, schema_for};
 use std::fmt::Write;
 
 const FILE: &str = "\
-`<state-dir>/<vehicle>/<number>-<mission>.redb`, one file a mission; the number counts the missions of the vehicle, and the
-greatest is the current one. It is a [redb](https://docs.rs/redb) file with three tables:
+`<state-dir>/<vehicle>/<number>-<mission>.redb`, one file a mission; the number counts the missions of the
+vehicle, and the greatest is the current one. It is a [redb](https://docs.rs/redb) file with three tables:
 
 | table | key | value |
 |---|---|---|
-| `header` | `format`, `identity`, `vehicle`, `mission`, `software` | text: the format's version, a number drawn when the journal was made (hexadecimal), ids, what made it |
+| `header` | `format`, `identity`, `vehicle`, `mission`, `software` | text: the format's version, \
+  a number drawn when the journal was made (hexadecimal), ids, what made it |
 | `layouts` | name of a message or record | hash of its layout when the journal was made |
 | `records` | number of the record, from 0 without gaps | a frame |
 
@@ -36,25 +37,29 @@ So a record is found and judged without the tables around it, and each holds fas
 ";
 
 const RULES: &str = "\
-- A command, a configuration and a decision are synced before they are answered; events after `sync_events` of them or `sync_ms`
-  (settings of pdnd), and `durable_seq` follows the last sync. A sync is a two-phase commit: what is valid was whole before.
-- The state of a mission is the fold of its records, bit for bit. `refused` and `turned_away` follow from the others or change
-  nothing; the first are compared when a journal is read, and a difference is told.
-- At its start pdnd recovers every journal; a mission that was under way is `held` until someone resumes. Records that a crash
-  left written but not committed are taken over if they are whole and follow on the last.
-- A journal that is damaged, of another format or with other layouts is left as it is and told, with the number of the record;
-  nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to a new file.
-- Beside a journal may lie `<number>-<mission>.checkpoint`: what has been solved for, so that a restart need not solve again. It names
-  the journal, the record and the CRC before it; one that does not fit is passed over, with the same outcome. It may be removed.
-- `pdnd journal FILE` tells what a journal says, `--json` record by record; `pdnd replay FILE` takes its decisions again. Neither
-  changes the file. While a daemon has it open only a copy can be read.
+- A command, a configuration and a decision are synced before they are answered; events after `sync_events` of
+  them or `sync_ms` (settings of pdnd), and `durable_seq` follows the last sync. A sync is a two-phase commit:
+  what is valid was whole before.
+- The state of a mission is the fold of its records, bit for bit. `refused` and `turned_away` follow from the
+  others or change nothing; the first are compared when a journal is read, and a difference is told.
+- At its start pdnd recovers every journal; a mission that was under way is `held` until someone resumes.
+  Records that a crash left written but not committed are taken over if they are whole and follow on the last.
+- A journal that is damaged, of another format or with other layouts is left as it is and told, with the
+  number of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to
+  a new file.
+- Beside a journal may lie `<number>-<mission>.checkpoint`: what has been solved for, so that a restart need
+  not solve again. It names the journal, the record and the CRC before it; one that does not fit is passed
+  over, with the same outcome. It may be removed.
+- `pdnd journal FILE` tells what a journal says, `--json` record by record; `pdnd replay FILE` takes its
+  decisions again. Neither changes the file. While a daemon has it open only a copy can be read.
 ";
 
 pub(super) fn journal() -> String {
     let mut text = head("The journal");
     let _ = write!(
         text,
-        "What a mission was told, what it refused and what it decided, in order; format {JOURNAL_FORMAT}.\n\n## The file\n\n{FILE}\n\
+        "What a mission was told, what it refused and what it decided, in order; format {JOURNAL_FORMAT}.\n\n\
+         ## The file\n\n{FILE}\n\
          ## What holds\n\n{RULES}\n## Kinds\n\n\
          | number | kind | payload | layout | what it says |\n|---|---|---|---|---|\n"
     );

@@ -1,5 +1,5 @@
-//! `binary.py`: reads and writes bincode. Neighbouring fields of fixed size become one precompiled `struct.Struct`,
-//! which is what makes it quick: a factor with its covariance is three of them.
+//! `binary.py`: reads and writes bincode. Neighbouring fields of fixed size become one precompiled
+//! `struct.Struct`, which is what makes it quick: a factor with its covariance is three of them.
 
 mod reading;
 mod writing;
@@ -100,8 +100,10 @@ fn union(name: &str, variants: &[Variant], code: &mut Code) {
     code.line("");
     let tag = code.layout("I");
     let lines = format!(
-        "def write_{snake}(out: bytearray, v: m.Any{name}) -> None:\n    _WRITE_{constant}[type(v)](out, v)\n\n\n\
-         def read_{snake}(b: bytes, i: int) -> tuple[m.Any{name}, int]:\n    tag: int = {tag}.unpack_from(b, i)[0]\n    \
+        "def write_{snake}(out: bytearray, v: m.Any{name}) -> None:\n    \
+         _WRITE_{constant}[type(v)](out, v)\n\n\n\
+         def read_{snake}(b: bytes, i: int) -> tuple[m.Any{name}, int]:\n    \
+         tag: int = {tag}.unpack_from(b, i)[0]\n    \
          if tag >= {count}:\n        raise unknown_variant(\"{name}\", tag, {count})\n    \
          return _READ_{constant}[tag](b, i + 4)\n\n",
         count = variants.len()

@@ -8,7 +8,8 @@ use serde_reflection::Format;
 /// The module.
 pub fn module(contract: &Contract) -> String {
     let mut text = header("The messages of the contract and what they are made of.");
-    text += "# fmt: off\n\nfrom enum import StrEnum\nfrom typing import TypeAlias\n\nfrom msgspec import Struct\n";
+    text += "# fmt: off\n\nfrom enum import StrEnum\nfrom typing import TypeAlias\n\n\
+             from msgspec import Struct\n";
     for name in contract.names_in_order() {
         text += "\n\n";
         match contract.shape(name) {

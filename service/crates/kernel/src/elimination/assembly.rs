@@ -1,4 +1,4 @@
-//! One front's dense matrix while it is put together and eliminated.
+//! One front's dense matrix while it is assembled and eliminated, and the covariance of its last node.
 
 use nalgebra::Matrix6;
 
@@ -189,7 +189,8 @@ impl Assembly {
         &self.matrix[..self.leading * self.frontal_rows()]
     }
 
-    /// Covariance of the last frontal node given the separator, after `eliminate`: the inverse of its pivot block.
+    /// Covariance of the last frontal node given the separator, after `eliminate`: the inverse of its pivot
+    /// block.
     pub(super) fn last_covariance(&self) -> Matrix6<f64> {
         let start = self.frontal_rows() - 6;
         let entry = |row: usize, column: usize| self.matrix[(start + column) * self.leading + start + row];

@@ -2,20 +2,20 @@
 
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
-use super::expected::{Ground, Workspace};
 use super::marginals;
 use super::solution::Solution;
 use super::system::BlockSystem;
 use super::tree::{Tree, TreeScratch};
 use super::tree_state::{Ordered, TreeState};
-use super::virtual_path::{ExpectedCovariance, LinkWeight, VirtualPath};
 use crate::{KernelError, Node};
 
-/// All nodes are ordered anew once eliminating them costs more than this many times what a good order would cost.
+/// All nodes are ordered anew once eliminating them costs more than this many times what a good order would
+/// cost.
 const QUALITY_LOSS: f64 = 2.0;
 
-/// So they are once the tree is higher than this many times what it was when last ordered, and `ROOM_ABOVE` fronts more: every
-/// candidate goes the way to the root. New keyframes come in at the top, where they make a chain.
+/// So they are once the tree is higher than this many times what it was when last ordered, and `ROOM_ABOVE`
+/// fronts more: every candidate goes the way to the root. New keyframes come in at the top, where they make a
+/// chain.
 const HEIGHT_LOSS: u32 = 2;
 const ROOM_ABOVE: u32 = 128;
 
@@ -41,7 +41,7 @@ pub struct Statistics {
     pub nodes: usize,
     /// Fronts of the tree.
     pub fronts: usize,
-    /// Fronts on the longest way from a leaf to a root.
+    /// Fronts on the longest path from a leaf to a root.
     pub height: usize,
     /// Scalar rows of the largest front.
     pub largest_front: usize,
@@ -71,12 +71,6 @@ impl Elimination {
         Ok(elimination)
     }
 
-    /// Eliminates the whole system again on the tree as it is. Errors: as of [`Elimination::of`].
-    pub fn eliminate_again(&mut self) -> Result<(), KernelError> {
-        let all: Vec<u32> = (0..self.len() as u32).collect();
-        self.tree.refresh(&self.system, &all, &mut self.scratch).map(|_| ())
-    }
-
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.system.len()
@@ -102,15 +96,15 @@ impl Elimination {
         (0..self.len() as u32).map(|node| *solution.value(node)).collect()
     }
 
-    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one way to the root. Errors:
+    /// Covariance of one node, `[rho; phi]`: its 6x6 block of the inverse. Cost: one path to the root. Errors:
     /// [`KernelError::UnknownNode`].
     pub fn marginal(&self, node: Node) -> Result<Matrix6<f64>, KernelError> {
         self.check(node)?;
         Ok(marginals::marginal(&self.tree, node.0))
     }
 
-    /// Covariance of these nodes together, in their order: their rows and columns of the inverse. Cost: the ways from the
-    /// nodes to the root. Errors: [`KernelError::UnknownNode`].
+    /// Covariance of these nodes together, in their order: their rows and columns of the inverse. Cost: the
+    /// paths from the nodes to the root. Errors: [`KernelError::UnknownNode`].
     pub fn joint(&self, nodes: &[Node]) -> Result<DMatrix<f64>, KernelError> {
         nodes.iter().try_for_each(|node| self.check(*node))?;
         Ok(marginals::joint(&self.tree, nodes))
@@ -125,8 +119,8 @@ impl Elimination {
         covariances
     }
 
-    /// Covariances of these nodes (ascending, once each), in their order. Cost: the fronts between them and the roots.
-    /// Errors: [`KernelError::UnknownNode`].
+    /// Covariances of these nodes (ascending, once each), in their order. Cost: the fronts between them and
+    /// the roots. Errors: [`KernelError::UnknownNode`].
     pub fn marginals_of(&self, nodes: &[Node]) -> Result<Vec<Matrix6<f64>>, KernelError> {
         nodes.last().map_or(Ok(()), |&last| self.check(last))?;
         let mut covariances = vec![Matrix6::zeros(); nodes.len()];
@@ -136,27 +130,6 @@ impl Elimination {
             }
         });
         Ok(covariances)
-    }
-
-    /// Covariance of the last virtual node of a path (and, if `along`, of each node on it) as if it were driven:
-    /// Sigma_nn of Lambda_0 plus the path's information \[PDN12, eq. 4\]. Exact.
-    ///
-    /// Cost: the fronts that hold a linked keyframe, and those above them. The elimination stays as it is.
-    /// Errors: [`KernelError::PathShape`], [`KernelError::UnknownNode`], and
-    /// [`KernelError::VirtualNotPositiveDefinite`] for information that is not positive definite.
-    pub fn expected_covariance(
-        &self,
-        path: &VirtualPath,
-        weight: LinkWeight,
-        along: bool,
-        workspace: &mut Workspace,
-    ) -> Result<ExpectedCovariance, KernelError> {
-        self.check_path(path)?;
-        let ground = self.ground();
-        workspace.attach(ground, path, |link| weight.of(link) > 0.0, None)?;
-        let terminal = workspace.terminal(ground, path, weight, along)?;
-        let along = if along { workspace.along(ground, path, weight) } else { Vec::new() };
-        Ok(ExpectedCovariance { terminal, along })
     }
 
     /// Size and cost of this elimination. Cost: a visit to each front.
@@ -181,8 +154,8 @@ impl Elimination {
         self.tree.state(self.ordered)
     }
 
-    /// Eliminates the whole system on this tree. Errors: [`KernelError::OtherGraph`] for a tree over other nodes, else as
-    /// of [`Elimination::of`].
+    /// Eliminates the whole system on this tree. Errors: [`KernelError::OtherGraph`] for a tree over other
+    /// nodes, else as of [`Elimination::of`].
     pub(crate) fn restore(&mut self, state: &TreeState) -> Result<(), KernelError> {
         self.tree = Tree::restore(state, &self.system, &mut self.scratch)?;
         self.ordered = state.ordered;
@@ -204,9 +177,10 @@ impl Elimination {
         self.tree.nodes() as u32..self.len() as u32
     }
 
-    /// Solves for whatever has been left behind by more than `prune`. Cost: every front, if there is any.
-    pub(crate) fn catch_up(&self, solution: &mut Solution, prune: f64) {
-        if solution.is_behind(prune) {
+    /// Solves again if steps above a front have moved by more than `prune` since it was solved. Cost: every
+    /// front then.
+    pub(crate) fn back_substitute(&self, solution: &mut Solution, prune: f64) {
+        if solution.has_unpropagated(prune) {
             solution.update(&self.tree, &self.downward(), prune);
         }
     }
@@ -225,21 +199,22 @@ impl Elimination {
         solution: &mut Solution,
         prune: f64,
     ) -> Result<Update, KernelError> {
-        solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
+        solution.push_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let fronts = self.tree.refresh(&self.system, touched, &mut self.scratch)?;
         Ok(self.finish(&fronts, solution, prune))
     }
 
-    /// Follows new nodes and new pairs between these nodes, and solves. Everything is ordered anew when eliminating the
-    /// tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to today's size, or when it is more
-    /// than `HEIGHT_LOSS` times as high and `ROOM_ABOVE`. Returns what was done.
+    /// Follows new nodes and new pairs between these nodes, and solves. Everything is ordered anew when
+    /// eliminating the tree costs more than `QUALITY_LOSS` times what it cost when last ordered, scaled to
+    /// today's size, or when it is more than `HEIGHT_LOSS` times as high and `ROOM_ABOVE`. Returns what was
+    /// done.
     pub(crate) fn restructure(
         &mut self,
         touched: &[u32],
         solution: &mut Solution,
         prune: f64,
     ) -> Result<Update, KernelError> {
-        solution.hand_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
+        solution.push_down(&self.tree, &self.tree.upward(touched, &mut self.scratch));
         let mut fronts = self.tree.restructure(&self.system, touched, &mut self.scratch)?;
         if self.has_deteriorated(&fronts) {
             self.rebuild()?;
@@ -256,7 +231,7 @@ impl Elimination {
             || self.height_of(fronts) > HEIGHT_LOSS.saturating_mul(height).saturating_add(ROOM_ABOVE)
     }
 
-    /// Fronts on the longest way up to the first of these.
+    /// Fronts on the longest path up to the first of these.
     fn height_of(&self, fronts: &[u32]) -> u32 {
         fronts.first().map_or(0, |&highest| self.tree.front(highest).shape.level + 1)
     }
@@ -274,22 +249,12 @@ impl Elimination {
         Update { visited, eliminated_fronts: fronts.len(), eliminated_nodes }
     }
 
-    pub(super) fn ground(&self) -> Ground<'_> {
-        Ground { tree: &self.tree, system: &self.system }
+    pub(super) fn tree(&self) -> &Tree {
+        &self.tree
     }
 
-    pub(super) fn check_path(&self, path: &VirtualPath) -> Result<(), KernelError> {
-        let places = path.places.len();
-        let is_wrong = |&place: &usize| path.places[place].steps.is_some() != (place > 0);
-        let wrong_step = (0..places).find(is_wrong);
-        if places < 2 || wrong_step.is_some() {
-            return Err(KernelError::PathShape { places, wrong_step });
-        }
-        self.check(path.robot)?;
-        path.links().try_for_each(|(_, link)| self.check(link.keyframe))
-    }
-
-    fn check(&self, node: Node) -> Result<(), KernelError> {
+    /// Errors: [`KernelError::UnknownNode`].
+    pub(super) fn check(&self, node: Node) -> Result<(), KernelError> {
         if node.index() < self.len() {
             Ok(())
         } else {

@@ -16,7 +16,7 @@ pub(super) struct Shape {
     pub separator: Vec<u32>,
     /// Fronts directly below.
     pub children: Vec<u32>,
-    /// Fronts on the longest way down to a leaf, this one not counted: less than the parent's.
+    /// Fronts on the longest path down to a leaf, this one not counted: less than the parent's.
     pub level: u32,
 }
 
@@ -56,7 +56,8 @@ impl Front {
         Front { shape, factor: Vec::new(), update: Vec::new(), right: Vec::new() }
     }
 
-    /// Puts the front together from the system and its children, and eliminates it. After an error it is what it was.
+    /// Puts the front together from the system and its children, and eliminates it. After an error it is what
+    /// it was.
     pub(super) fn eliminate<'a>(
         &mut self,
         system: &BlockSystem,
@@ -64,7 +65,7 @@ impl Front {
         assembly: &mut Assembly,
     ) -> Result<(), KernelError> {
         let shape = &self.shape;
-        let put_together = |assembly: &mut Assembly| {
+        let assemble = |assembly: &mut Assembly| {
             assembly.add_system(system, &shape.frontal);
             for child in children.clone() {
                 assembly.add_update(&child.shape.separator, &child.update);
@@ -73,9 +74,9 @@ impl Front {
         };
         let ids = shape.frontal.iter().chain(&shape.separator).copied();
         assembly.begin(ids, shape.frontal.len(), system.len());
-        put_together(assembly);
+        assemble(assembly);
         assembly
-            .eliminate(put_together)
+            .eliminate(assemble)
             .map_err(|(id, pivot)| KernelError::NotPositiveDefinite { node: Node(id), pivot })?;
         refill(&mut self.right, assembly.forward());
         refill(&mut self.factor, assembly.factor());

@@ -15,8 +15,8 @@ pub(super) fn marginal(tree: &Tree, node: u32) -> Matrix6<f64> {
     joint(tree, &[Node(node)]).fixed_view::<6, 6>(0, 0).into_owned()
 }
 
-/// Covariance of these nodes together, in their order. With Lambda = L L^T and E the nodes' unit columns it is Y^T Y for
-/// Y = L^-1 E, and Y is zero but on the ways from the nodes' fronts to the roots.
+/// Covariance of these nodes together, in their order. With Lambda = L L^T and E the nodes' unit columns it
+/// is Y^T Y for Y = L^-1 E, and Y is zero but on the paths from the nodes' fronts to the roots.
 pub(super) fn joint(tree: &Tree, nodes: &[Node]) -> DMatrix<f64> {
     let size = 6 * nodes.len();
     let mut covariance = DMatrix::zeros(size, size);
@@ -25,7 +25,7 @@ pub(super) fn joint(tree: &Tree, nodes: &[Node]) -> DMatrix<f64> {
         let rows = values.entry(node.0).or_insert_with(|| Rows::zeros(size));
         rows.fixed_view_mut::<6, 6>(0, 6 * place).fill_with_identity();
     }
-    for id in ways(tree, nodes) {
+    for id in paths_to_roots(tree, nodes) {
         let front = tree.front(id);
         let shape = &front.shape;
         let (rows, frontal) = (shape.rows(), shape.frontal_rows());
@@ -64,24 +64,24 @@ pub(super) fn joint(tree: &Tree, nodes: &[Node]) -> DMatrix<f64> {
 type Rows = Matrix6xX<f64>;
 
 /// The fronts of these nodes and all above them, each before its parent.
-fn ways(tree: &Tree, nodes: &[Node]) -> Vec<u32> {
+fn paths_to_roots(tree: &Tree, nodes: &[Node]) -> Vec<u32> {
     let (mut seen, mut order) = (BTreeSet::new(), Vec::new());
     for node in nodes {
-        let mut way = Vec::new();
+        let mut path = Vec::new();
         let mut id = tree.front_of(node.0);
         while id != NONE && seen.insert(id) {
-            way.push(id);
+            path.push(id);
             id = tree.parent(id);
         }
-        way.append(&mut order); // what is new ends below what is there already
-        order = way;
+        path.append(&mut order); // what is new ends below what is there already
+        order = path;
     }
     order
 }
 
-/// Covariances of nodes, by the roots down: each front hands its children what they share with it. With `wanted`
-/// (ascending, once each) only the ways from the roots to these nodes are gone. Calls `tell` for each node found, in no
-/// order.
+/// Covariances of nodes, by the roots down: each front hands its children what they share with it. With
+/// `wanted` (ascending, once each) only the paths from the roots to these nodes are visited. Calls `tell` for
+/// each node found, in no order.
 pub(super) fn marginals(
     tree: &Tree,
     nodes: usize,

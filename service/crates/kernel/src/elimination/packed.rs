@@ -1,7 +1,8 @@
 //! Update matrices between fronts: symmetric, of which the lower triangle is kept by block columns.
 //!
-//! Block column c of s is six columns of the rows from block c on, 6 (s - c) scalars each; the block columns follow one
-//! another. So a child's matrix is read in one go, and where its rows lie side by side in the parent they are added as one.
+//! Block column c of s is six columns of the rows from block c on, 6 (s - c) scalars each; the block columns
+//! follow one another. So a child's matrix is read in one go, and where its rows lie side by side in the
+//! parent they are added as one.
 
 /// Scalars of a matrix of so many block rows.
 pub(super) fn len(blocks: usize) -> usize {

@@ -4,8 +4,8 @@
 
 use nalgebra::Matrix6;
 
-/// Inverse of a symmetric positive definite block, of which the lower triangle is read. The error is the pivot at which
-/// Cholesky's method stops.
+/// Inverse of a symmetric positive definite block, of which the lower triangle is read. The error is the
+/// pivot at which Cholesky's method stops.
 pub(super) fn inverse(block: &Matrix6<f64>) -> Result<Matrix6<f64>, f64> {
     let mut lower = [[0.0_f64; 6]; 6];
     let mut reciprocals = [0.0_f64; 6];
@@ -27,7 +27,8 @@ pub(super) fn inverse(block: &Matrix6<f64>) -> Result<Matrix6<f64>, f64> {
     Ok(inverse_of_factored(&lower, &reciprocals))
 }
 
-/// Inverse of L L^T, from L by rows and the reciprocals of its diagonal. Nearer the truth than from the product.
+/// Inverse of L L^T, from L by rows and the reciprocals of its diagonal. Nearer the truth than from the
+/// product.
 pub(super) fn inverse_of_factored(lower: &[[f64; 6]; 6], reciprocals: &[f64; 6]) -> Matrix6<f64> {
     // L^-1, by rows.
     let mut inverse = [[0.0_f64; 6]; 6];

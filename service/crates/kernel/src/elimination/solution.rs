@@ -10,22 +10,22 @@ use super::tree::Tree;
 pub(crate) struct Solution {
     values: Vec<Vector6<f64>>,
     /// For each front, at least how far its separator's values have moved since it was visited.
-    unseen: Vec<f64>,
+    unpropagated: Vec<f64>,
     /// Scratch: how far each node moved in this pass.
     moved: Vec<f64>,
     column: Vec<f64>,
 }
 
 impl Solution {
-    /// The values and, for each front, what it has not been told.
+    /// The values and, for each front, what has not been propagated to it.
     pub(crate) fn parts(&self) -> (&[Vector6<f64>], &[f64]) {
-        (&self.values, &self.unseen)
+        (&self.values, &self.unpropagated)
     }
 
     /// A solution of these parts.
-    pub(crate) fn of(values: Vec<Vector6<f64>>, unseen: Vec<f64>) -> Solution {
+    pub(crate) fn of(values: Vec<Vector6<f64>>, unpropagated: Vec<f64>) -> Solution {
         let moved = vec![0.0; values.len()];
-        Solution { values, unseen, moved, column: Vec::new() }
+        Solution { values, unpropagated, moved, column: Vec::new() }
     }
 
     pub(crate) fn value(&self, node: u32) -> &Vector6<f64> {
@@ -39,34 +39,34 @@ impl Solution {
     }
 
     /// Sets a value to zero: its linearisation point has moved to where the value pointed.
-    pub(crate) fn absorb(&mut self, node: u32) {
+    pub(crate) fn reset(&mut self, node: u32) {
         self.values[node as usize] = Vector6::zeros();
     }
 
-    /// Whether a front has not been told of a movement of more than `prune`.
-    pub(super) fn is_behind(&self, prune: f64) -> bool {
-        self.unseen.iter().any(|&unseen| unseen > prune)
+    /// Whether a movement of more than `prune` has not been propagated to a front.
+    pub(super) fn has_unpropagated(&self, prune: f64) -> bool {
+        self.unpropagated.iter().any(|&unpropagated| unpropagated > prune)
     }
 
-    /// Before these fronts (parents before children) are dissolved or eliminated again: what moved above them and was
-    /// not told is told to their children, which may hang elsewhere afterwards.
-    pub(super) fn hand_down(&mut self, tree: &Tree, fronts: &[u32]) {
-        self.unseen.resize(tree.id_bound(), 0.0);
+    /// Before these fronts (parents before children) are dissolved or eliminated again: what moved above them
+    /// and was not propagated is left to their children, which may hang elsewhere afterwards.
+    pub(super) fn push_down(&mut self, tree: &Tree, fronts: &[u32]) {
+        self.unpropagated.resize(tree.id_bound(), 0.0);
         for &id in fronts {
-            let unseen = std::mem::take(&mut self.unseen[id as usize]);
+            let unpropagated = std::mem::take(&mut self.unpropagated[id as usize]);
             for &child in &tree.front(id).shape.children {
-                self.unseen[child as usize] += unseen;
+                self.unpropagated[child as usize] += unpropagated;
             }
         }
     }
 
     /// Solves after an elimination of these fronts (parents before children), and below them wherever a
-    /// separator has moved by more than `prune` in all since the front below it was last visited. Returns the nodes
-    /// visited. Cost: the fronts visited and their children.
+    /// separator has moved by more than `prune` in all since the front below it was last visited. Returns the
+    /// nodes visited. Cost: the fronts visited and their children.
     pub(super) fn update(&mut self, tree: &Tree, eliminated: &[u32], prune: f64) -> Vec<u32> {
-        self.unseen.resize(tree.id_bound(), 0.0);
+        self.unpropagated.resize(tree.id_bound(), 0.0);
         for &id in eliminated {
-            self.unseen[id as usize] = f64::INFINITY;
+            self.unpropagated[id as usize] = f64::INFINITY;
         }
         let mut visited: Vec<u32> = Vec::new();
         let mut below: Vec<(u32, f64)> = Vec::new();
@@ -82,8 +82,8 @@ impl Solution {
         visited
     }
 
-    /// `earlier` bounds how far the separator's values moved in passes that did not come here: the fronts below have not
-    /// been told.
+    /// `earlier` bounds how far the separator's values moved in passes that did not come here: it has not
+    /// been propagated to the fronts below.
     fn visit(
         &mut self,
         tree: &Tree,
@@ -110,18 +110,19 @@ impl Solution {
         }
         visited.extend_from_slice(&shape.frontal);
 
-        self.unseen[id as usize] = 0.0;
+        self.unpropagated[id as usize] = 0.0;
         for &child in &shape.children {
-            let unseen = &mut self.unseen[child as usize];
-            if unseen.is_infinite() {
+            let unpropagated = &mut self.unpropagated[child as usize];
+            if unpropagated.is_infinite() {
                 continue; // it was eliminated: its turn comes anyhow
             }
-            // What moved in this pass is known exactly, since all above was visited if it moved enough to matter.
+            // What moved in this pass is known exactly, since all above was visited if it moved enough to
+            // matter.
             let separator = &tree.front(child).shape.separator;
             let now = separator.iter().map(|&node| self.moved[node as usize]).fold(0.0, f64::max);
-            let before = *unseen + earlier;
-            *unseen = before + now;
-            if *unseen > prune {
+            let before = *unpropagated + earlier;
+            *unpropagated = before + now;
+            if *unpropagated > prune {
                 below.push((child, before));
             }
         }

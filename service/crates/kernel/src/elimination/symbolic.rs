@@ -84,7 +84,7 @@ pub(super) fn analyse(part: &Part) -> Vec<SymbolicFront> {
 /// Drops the absorbed fronts and orders every list.
 fn compact(fronts: Vec<SymbolicFront>, absorbed: &[bool], place: &[u32]) -> Vec<SymbolicFront> {
     let mut renumbered = vec![NONE; fronts.len()];
-    let mut kept: Vec<SymbolicFront> = Vec::new();
+    let mut compacted: Vec<SymbolicFront> = Vec::new();
     for (index, mut front) in fronts.into_iter().enumerate() {
         if absorbed[index] {
             continue;
@@ -95,10 +95,10 @@ fn compact(fronts: Vec<SymbolicFront>, absorbed: &[bool], place: &[u32]) -> Vec<
         }
         front.children.sort_unstable();
         front.orphans.sort_unstable();
-        renumbered[index] = kept.len() as u32;
-        kept.push(front);
+        renumbered[index] = compacted.len() as u32;
+        compacted.push(front);
     }
-    kept
+    compacted
 }
 
 struct Structure {

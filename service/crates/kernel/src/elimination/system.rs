@@ -60,7 +60,8 @@ impl BlockSystem {
         own.rhs += rhs;
     }
 
-    /// Adds to the block of two different nodes, rows of `first`, columns of `second`. True if the pair is new.
+    /// Adds to the block of two different nodes, rows of `first`, columns of `second`. True if the pair is
+    /// new.
     pub fn add_cross(&mut self, first: Node, second: Node, block: &Matrix6<f64>) -> bool {
         let found = self.edge(first, second);
         let edge = found.unwrap_or_else(|| {

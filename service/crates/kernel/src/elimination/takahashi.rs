@@ -15,8 +15,8 @@ pub(super) struct FrontCovariance {
 }
 
 impl FrontCovariance {
-    /// From a front's factor (`rows` x `eliminated.end`, L11 over L21) and the covariance of its separator, packed. Rows
-    /// before `eliminated.start` are left out.
+    /// From a front's factor (`rows` x `eliminated.end`, L11 over L21) and the covariance of its separator,
+    /// packed. Rows before `eliminated.start` are left out.
     pub(super) fn compute(
         &mut self,
         factor: &[f64],

@@ -4,31 +4,28 @@ use std::cmp::Reverse;
 use std::sync::Arc;
 
 use super::assembly::{Assembly, NONE};
-use super::front::{Front, Shape};
+use super::front::Front;
 use super::system::BlockSystem;
 use crate::{KernelError, SharedVec};
-
-/// Beyond this share of the nodes it costs little more to order and eliminate all of them, and the tree is better.
-const MOST_DISSOLVED: f64 = 0.5;
 
 /// All fronts. A front's id stays while the front does; ids of removed fronts are used again.
 ///
 /// Every front below a front is eliminated before it. Copies share the fronts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
-    fronts: SharedVec<Option<Arc<Front>>>,
-    parents: Vec<u32>,
-    unused: Vec<u32>,
+    pub(super) fronts: SharedVec<Option<Arc<Front>>>,
+    pub(super) parents: Vec<u32>,
+    pub(super) unused: Vec<u32>,
     /// The front that eliminates each node.
-    front_of: Vec<u32>,
+    pub(super) front_of: Vec<u32>,
     /// Operations of eliminating every front once.
-    flops: f64,
+    pub(super) flops: f64,
 }
 
 /// Scratch of restructuring: local indices of nodes, marks of fronts.
 #[derive(Debug, Default)]
 pub(super) struct TreeScratch {
-    local: Vec<u32>,
+    pub(super) local: Vec<u32>,
     marked: Vec<bool>,
     pub assembly: Assembly,
 }
@@ -89,7 +86,8 @@ impl Tree {
     }
 
     /// Eliminates again, in their shapes, the fronts of these nodes and everything above them. For changed
-    /// numbers without new pairs of nodes. After an error the tree must not be used. Returns the fronts, parents before children.
+    /// numbers without new pairs of nodes. After an error the tree must not be used. Returns the fronts,
+    /// parents before children.
     pub(super) fn refresh(
         &mut self,
         system: &BlockSystem,
@@ -115,88 +113,8 @@ impl Tree {
         Ok(ids)
     }
 
-    /// Takes in new nodes and pairs: the fronts of the touched nodes and everything above them are dissolved,
-    /// their nodes ordered anew together with the new ones, the highest node last, and eliminated; the subtrees
-    /// below stay as they are. If more than `MOST_DISSOLVED` of all nodes are concerned, everything is ordered anew.
-    /// Nothing changes on an error. Returns the new fronts, parents before children.
-    pub(super) fn restructure(
-        &mut self,
-        system: &BlockSystem,
-        touched: &[u32],
-        scratch: &mut TreeScratch,
-    ) -> Result<Vec<u32>, KernelError> {
-        let mut dissolved = self.upward(touched, scratch);
-        dissolved.sort_unstable();
-        let dissolved_nodes: usize = dissolved.iter().map(|&id| self.front(id).shape.frontal.len()).sum();
-        if dissolved_nodes as f64 > MOST_DISSOLVED * self.front_of.len() as f64 {
-            dissolved = self.ids().collect();
-        }
-        let mut nodes: Vec<u32> = (self.front_of.len() as u32..system.len() as u32).collect();
-        let mut orphans: Vec<u32> = Vec::new();
-        for &id in &dissolved {
-            let shape = &self.front(id).shape;
-            nodes.extend(&shape.frontal);
-            orphans.extend(shape.children.iter().filter(|child| dissolved.binary_search(child).is_err()));
-        }
-        nodes.sort_unstable();
-        let symbolic = self.plan(system, &nodes, &orphans, &mut scratch.local);
-
-        let mut ids: Vec<u32> = dissolved.clone();
-        let mut unused = self.unused.clone();
-        let mut bound = self.fronts.len() as u32;
-        while ids.len() < symbolic.len() {
-            ids.push(unused.pop().unwrap_or_else(|| {
-                bound += 1;
-                bound - 1
-            }));
-        }
-        let spare = ids.split_off(symbolic.len());
-        unused.extend(spare.iter().rev());
-
-        let mut made: Vec<Front> = Vec::with_capacity(symbolic.len());
-        for front in &symbolic {
-            let made_below = front.children.iter().map(|&child| &made[child as usize]);
-            let kept_below = front.orphans.iter().map(|&orphan| self.front(orphans[orphan as usize]));
-            let below = made_below.chain(kept_below);
-            let made_ids = front.children.iter().map(|&child| ids[child as usize]);
-            let shape = Arc::new(Shape {
-                frontal: front.frontal.iter().map(|&local| nodes[local as usize]).collect(),
-                separator: front.separator.iter().map(|&local| nodes[local as usize]).collect(),
-                children: made_ids
-                    .chain(front.orphans.iter().map(|&orphan| orphans[orphan as usize]))
-                    .collect(),
-                level: below.clone().map(|child| child.shape.level + 1).max().unwrap_or(0),
-            });
-            let mut front = Front::new(shape);
-            front.eliminate(system, below, &mut scratch.assembly)?;
-            made.push(front);
-        }
-
-        for &id in &dissolved {
-            self.flops -= self.front(id).shape.flops();
-            self.fronts[id as usize] = None;
-        }
-        self.fronts.extend_to(bound as usize, &None);
-        self.parents.resize(bound as usize, NONE);
-        self.front_of.resize(system.len(), NONE);
-        self.unused = unused;
-        for (front, &id) in made.into_iter().zip(&ids) {
-            self.parents[id as usize] = NONE;
-            for &child in &front.shape.children {
-                self.parents[child as usize] = id;
-            }
-            for &node in &front.shape.frontal {
-                self.front_of[node as usize] = id;
-            }
-            self.flops += front.shape.flops();
-            self.fronts[id as usize] = Some(Arc::new(front));
-        }
-        ids.reverse();
-        Ok(ids)
-    }
-
-    /// Orders and eliminates everything anew. What there was goes first, so that memory never holds two trees; after an
-    /// error there is none.
+    /// Orders and eliminates everything anew. What there was goes first, so that memory never holds two
+    /// trees; after an error there is none.
     pub(super) fn rebuild(
         &mut self,
         system: &BlockSystem,

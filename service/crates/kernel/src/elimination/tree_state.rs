@@ -28,7 +28,7 @@ pub struct Ordered {
     pub nodes: u64,
     /// Operations of eliminating every front once.
     pub flops: f64,
-    /// Fronts on the longest way from a leaf to a root.
+    /// Fronts on the longest path from a leaf to a root.
     pub height: u32,
 }
 

@@ -3,7 +3,8 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector6};
 use crate::se3::Pose;
 use crate::so3;
 
-/// The orientation in the world: r = Log(R Z^T), in world axes: tilt about x and y (north and east), then heading.
+/// The orientation in the world: r = Log(R Z^T), in world axes: tilt about x and y (north and east), then
+/// heading.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct AttitudeMeasurement {
     pub world_from_body: UnitQuaternion<f64>,

@@ -5,9 +5,9 @@ use crate::so3;
 
 /// A registration of two cameras, which tells rotation and direction of their baseline, not its length.
 ///
-/// With T = C_i^-1 C_j, C = X * body_from_camera, u = t / |t| and the measured direction z and rotation Z:
-/// r = [b1.u; b2.u; Log(Z^T R)]. The basis (b1, b2) of the plane normal to z has no singular direction: with e_a the
-/// coordinate axis of smallest |z_a| (the lowest on a tie), b1 = normalize(z x e_a) and b2 = z x b1.
+/// With T = C_i^-1 C_j, C = X * body_from_camera, u = t / |t| and the measured direction z and rotation Z: r
+/// = [b1.u; b2.u; Log(Z^T R)]. The basis (b1, b2) of the plane normal to z has no singular direction: with
+/// e_a the coordinate axis of smallest |z_a| (the lowest on a tie), b1 = normalize(z x e_a) and b2 = z x b1.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CameraMeasurement {
     camera_from_body: [Pose; 2],
@@ -43,9 +43,9 @@ impl CameraMeasurement {
         Vector6::new(direction.x, direction.y, rotation.x, rotation.y, rotation.z, 0.0)
     }
 
-    /// In the cameras' own perturbations eta = Ad(camera_from_body) xi, the second moves T by dt = R rho and the first by
-    /// dt = -rho + hat(t) phi; du = (I - u u^T) dt / |t|. The rotation part is J_r^-1(e) phi for the second and
-    /// -J_r^-1(e) R^T phi for the first, e = Log(Z^T R).
+    /// In the cameras' own perturbations eta = Ad(camera_from_body) xi, the second moves T by dt = R rho and
+    /// the first by dt = -rho + hat(t) phi; du = (I - u u^T) dt / |t|. The rotation part is J_r^-1(e) phi for
+    /// the second and -J_r^-1(e) R^T phi for the first, e = Log(Z^T R).
     pub fn jacobians(&self, first: &Pose, second: &Pose) -> [Matrix6<f64>; 2] {
         let relative = self.first_camera_from_second(first, second);
         let baseline = relative.translation.vector;

@@ -11,11 +11,13 @@ use crate::{KernelError, Loss, Node, se3::Pose};
 /// How far the norm of a quaternion or of a direction may be from 1. What is nearer is normalised.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// One constructor a kind. All refuse numbers that are not finite (`NotFinite`), rotations and directions that are not of
-/// length 1 (`NotUnit`), and what is no covariance (`NotSymmetric`, `CovarianceNotPositiveDefinite`); those between two
-/// keyframes also `SameNode`. The loss is none until [`Factor::with_loss`].
+/// One constructor a kind. All refuse numbers that are not finite (`NotFinite`), rotations and directions
+/// that are not of length 1 (`NotUnit`), and what is no covariance (`NotSymmetric`,
+/// `CovarianceNotPositiveDefinite`); those between two keyframes also `SameNode`. The loss is none until
+/// [`Factor::with_loss`].
 impl Factor {
-    /// `world_from_body` of `node`, known beforehand: residual Log(Z^-1 X). Covariance of the right perturbation of X.
+    /// `world_from_body` of `node`, known beforehand: residual Log(Z^-1 X). Covariance of the right
+    /// perturbation of X.
     pub fn prior(
         node: Node,
         world_from_body: Pose,
@@ -27,7 +29,8 @@ impl Factor {
         Ok(Self::unary(FactorKind::Prior, node, measurement, whitening))
     }
 
-    /// How the vehicle moved: `relative` maps `to` into `from`. Residual Log(Z^-1 X_from^-1 X_to) (`[PDN12, eq. 1]`).
+    /// How the vehicle moved: `relative` maps `to` into `from`. Residual Log(Z^-1 X_from^-1 X_to) (`[PDN12,
+    /// eq. 1]`).
     pub fn odometry(
         from: Node,
         to: Node,
@@ -47,13 +50,14 @@ impl Factor {
         Self::between(FactorKind::Relative, from, to, &relative, covariance)
     }
 
-    /// A camera registration: the unit `direction` to the camera of `to` and its `rotation`, both seen from the camera of
-    /// `from`. The covariance is of the two components of the direction in the tangent plane (basis as in
-    /// [`crate::factors`]), then of the rotation vector. Cameras nearer than `min_baseline_m` (positive, else
-    /// `NotPositive`) are refused once poses are known.
+    /// A camera registration: the unit `direction` to the camera of `to` and its `rotation`, both seen from
+    /// the camera of `from`. The covariance is of the two components of the direction in the tangent plane
+    /// (basis as in [`crate::factors`]), then of the rotation vector. Cameras nearer than `min_baseline_m`
+    /// (positive, else `NotPositive`) are refused once poses are known.
     ///
-    /// The residual compares directions by the tangent plane's coordinates of u alone, so it does not tell u from its
-    /// mirror image behind that plane; an estimate must start within 90 degrees of the measured direction.
+    /// The residual compares directions by the tangent plane's coordinates of u alone, so it does not tell u
+    /// from its mirror image behind that plane; an estimate must start within 90 degrees of the measured
+    /// direction.
     #[allow(clippy::too_many_arguments)]
     pub fn camera(
         from: Node,
@@ -84,12 +88,13 @@ impl Factor {
         })
     }
 
-    /// `rotation` is the measured `world_from_body`. The variances (rad^2) are of the error Log(R Z^T) about the world's
-    /// horizontal axes (tilt) and its vertical one (heading); `None`: the heading is not observed and its row dropped.
+    /// `rotation` is the measured `world_from_body`. The variances (rad^2) are of the error Log(R Z^T) about
+    /// the world's horizontal axes (tilt) and its vertical one (heading); `None`: the heading is not observed
+    /// and its row dropped.
     ///
-    /// The rows are those of the full Log even then. So `rotation` should carry a heading near the vehicle's, such as
-    /// the estimated one: with a heading that is off by a, tilt counts (a/2)^2 / sin^2(a/2) times (1.02 at 30 degrees,
-    /// 2.5 at 180, where its sign becomes arbitrary).
+    /// The rows are those of the full Log even then. So `rotation` should carry a heading near the vehicle's,
+    /// such as the estimated one: with a heading that is off by a, tilt counts (a/2)^2 / sin^2(a/2) times
+    /// (1.02 at 30 degrees, 2.5 at 180, where its sign becomes arbitrary).
     pub fn attitude(
         node: Node,
         rotation: UnitQuaternion<f64>,
@@ -110,8 +115,8 @@ impl Factor {
         Ok(Self::unary(FactorKind::Depth, node, Measurement::Depth(DepthMeasurement { depth_m }), whitening))
     }
 
-    /// `position` of the body's origin in the world, metres, with its covariance in world axes. A third row and column
-    /// of zeros says that the depth is not observed.
+    /// `position` of the body's origin in the world, metres, with its covariance in world axes. A third row
+    /// and column of zeros says that the depth is not observed.
     pub fn position(
         node: Node,
         position: Vector3<f64>,

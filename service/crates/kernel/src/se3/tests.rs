@@ -10,7 +10,8 @@ fn small_adjoint(xi: &Vector6<f64>) -> Matrix6<f64> {
     blocks(&so3::hat(&phi), &so3::hat(&rho), &so3::hat(&phi))
 }
 
-/// Sum of ad(xi)^k / (k + 1)!, the definition of J_l. 60 terms: with |phi| <= pi and |rho| <= 10 the last is 1e-45.
+/// Sum of ad(xi)^k / (k + 1)!, the definition of J_l. 60 terms: with |phi| <= pi and |rho| <= 10 the last is
+/// 1e-45.
 fn left_jacobian_by_series(xi: &Vector6<f64>) -> Matrix6<f64> {
     let mut term = Matrix6::identity();
     let mut sum = term;
@@ -36,8 +37,8 @@ fn exp_by_series(xi: &Vector6<f64>) -> Matrix4<f64> {
     sum
 }
 
-// Tolerances: with translations of up to 10 m and terms of the series of up to 6 times that, 60 summands round to some
-// 1e-14 of the greatest entry; 1e-13 leaves a margin. `agree` scales by that entry.
+// Tolerances: with translations of up to 10 m and terms of the series of up to 6 times that, 60 summands
+// round to some 1e-14 of the greatest entry; 1e-13 leaves a margin. `agree` scales by that entry.
 proptest! {
     #[test]
     fn exp_equals_its_series(xi in tangents()) {
@@ -62,8 +63,9 @@ proptest! {
         prop_assert!((right_jacobian_inverse(&xi) * right_jacobian(&xi) - identity).amax() <= allowed);
     }
 
-    // The rotation comes back to a few eps (see so3). J_l and its inverse (norm at most pi / 2) each round t by a few
-    // eps, and an error of phi turns t by as much: some 20 eps |xi|, even within 1e-14 of a half turn.
+    // The rotation comes back to a few eps (see so3). J_l and its inverse (norm at most pi / 2) each round t
+    // by a few eps, and an error of phi turns t by as much: some 20 eps |xi|, even within 1e-14 of a half
+    // turn.
     #[test]
     fn log_undoes_exp(xi in tangents()) {
         let back = log(&exp(&xi));
@@ -105,7 +107,8 @@ proptest! {
         prop_assert!((back - Matrix6::identity()).amax() <= 1e-13);
     }
 
-    // Fifth derivatives of Log are below 1e3 for |xi| <= 10, so the truncation is below 1e-13; rounding is 2e-12 times
+    // Fifth derivatives of Log are below 1e3 for |xi| <= 10, so the truncation is below 1e-13; rounding is
+    // 2e-12 times
     // |xi|. Beyond a half turn minus the step, Log jumps: such xi are kept away.
     #[test]
     fn right_jacobians_equal_central_differences(mut xi in tangents()) {
@@ -123,8 +126,8 @@ proptest! {
     }
 }
 
-/// The comparison above must be able to fail: the left Jacobian is not the right one, and without the slopes of the
-/// coefficients the coupling block is wrong.
+/// The comparison above must be able to fail: the left Jacobian is not the right one, and without the slopes
+/// of the coefficients the coupling block is wrong.
 #[test]
 fn wrong_jacobians_are_told_from_right_ones() {
     let xi = Vector6::new(0.3, -0.2, 0.5, 0.4, 0.1, -0.6);

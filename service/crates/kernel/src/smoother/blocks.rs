@@ -14,9 +14,9 @@ struct Wanted {
 }
 
 impl Smoother {
-    /// Adds the factors that have come since the last call. Returns the keyframes they touch, and whether they bring
-    /// new keyframes or new pairs.
-    pub(super) fn take_in_factors(&mut self) -> Result<(Vec<u32>, bool), KernelError> {
+    /// Linearises the factors that have come since the last call. Returns the keyframes they touch, and
+    /// whether they bring new keyframes or new pairs.
+    pub(super) fn linearize_new_factors(&mut self) -> Result<(Vec<u32>, bool), KernelError> {
         let mut touched = Vec::new();
         let mut new_pairs = self.elimination.has_new_nodes();
         for index in self.linearized_factors..self.factors.len() {
@@ -37,8 +37,8 @@ impl Smoother {
 
     /// Linearises all factors of these keyframes (ascending) anew. Returns the keyframes whose blocks change.
     ///
-    /// The diagonal block of a neighbour changes too, and is summed anew from all of its factors: subtracting the old
-    /// information would leave rounding errors behind.
+    /// The diagonal block of a neighbour changes too, and is summed anew from all of its factors: subtracting
+    /// the old information would leave rounding errors behind.
     pub(super) fn linearize_around(&mut self, moved: &[u32]) -> Result<Vec<u32>, KernelError> {
         let mut changed: BTreeSet<u32> = moved.iter().copied().collect();
         for &node in moved {

@@ -5,8 +5,8 @@ use crate::factors::Factor;
 
 const END: u32 = u32::MAX;
 
-/// Factors in the order of addition. The factors of a keyframe are linked from the latest to the first, in flat
-/// lists that copies share.
+/// Factors in the order of addition. The factors of a keyframe are linked from the latest to the first, in
+/// flat lists that copies share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FactorList {
     factors: SharedVec<Factor>,

@@ -1,10 +1,11 @@
 //! The incremental maximum-a-posteriori estimate over all factors.
 //!
 //! Every keyframe has a linearisation point theta and a step delta; the estimate is theta * Exp(delta). The
-//! information matrix J^T W J is always that at the linearisation points. New factors are linearised there and eliminated;
-//! where the step exceeds a tolerance the linearisation point follows the estimate, and all of the keyframe's factors are
-//! linearised anew: Gauss-Newton on the part of the graph that moves \[Kaess 2012\]. Robust losses are weighed at the
-//! linearisation point, which makes it iteratively re-weighted least squares.
+//! information matrix J^T W J is always that at the linearisation points. New factors are linearised there
+//! and eliminated; where the step exceeds a tolerance the linearisation point follows the estimate, and all
+//! of the keyframe's factors are linearised anew: Gauss-Newton on the part of the graph that moves \[Kaess
+//! 2012\]. Robust losses are weighed at the linearisation point, which makes it iteratively re-weighted least
+//! squares.
 
 mod blocks;
 mod factor_list;
@@ -21,21 +22,22 @@ use crate::{KernelError, Node};
 use factor_list::FactorList;
 pub use state::SmootherState;
 
-/// Steps are carried down the tree until they change by less than this share of `relinearize_above`. It leaves
-/// room for the lever arms by which a small turn of one keyframe shifts another.
+/// Steps are carried down the tree until they change by less than this share of `relinearize_above`. It
+/// leaves room for the lever arms by which a small turn of one keyframe shifts another.
 const PRUNE_SHARE: f64 = 1e-2;
 
-/// When settling, steps are carried down until they change by no more than this, m and rad, whatever its tolerance.
-const SETTLED_PRUNE: f64 = 1e-7;
+/// Where the whole graph is linearised anew, steps are carried down until they change by no more than this, m
+/// and rad, whatever the tolerance.
+const RELINEARIZE_PRUNE: f64 = 1e-7;
 
 /// When a smoother re-linearises and when it stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmootherSettings {
     /// A keyframe is linearised anew once an entry of its step exceeds this, in m and rad.
     ///
-    /// Default 5e-3: half a centimetre and 0.3 degrees. What the linearisation neglects is of second order in the step,
-    /// here 2.5e-5. The noise of each keyframe moves much of the graph by a little, so a tolerance near that movement
-    /// linearises much of the graph anew for every keyframe.
+    /// Default 5e-3: half a centimetre and 0.3 degrees. What the linearisation neglects is of second order in
+    /// the step, here 2.5e-5. The noise of each keyframe moves much of the graph by a little, so a tolerance
+    /// near that movement linearises much of the graph anew for every keyframe.
     pub relinearize_above: f64,
     /// Gauss-Newton steps of one `advance` at most.
     pub max_iterations: usize,
@@ -52,7 +54,8 @@ impl Default for SmootherSettings {
 pub struct AdvanceReport {
     /// Gauss-Newton steps taken.
     pub iterations: usize,
-    /// Whether every step is within `relinearize_above` of its linearisation point. If not, the next `advance` goes on.
+    /// Whether every step is within `relinearize_above` of its linearisation point. If not, the next
+    /// `advance` goes on.
     pub converged: bool,
     /// Keyframe linearisations that were made anew.
     pub relinearized: usize,
@@ -64,8 +67,8 @@ pub struct AdvanceReport {
     pub halvings: usize,
 }
 
-/// Incremental smoother; cloning is cheap, and a copy goes its own way. What is flat is shared as a whole until one of the
-/// copies changes it, the rest by parts.
+/// Incremental smoother; cloning is cheap, and a copy goes its own way. What is flat is shared as a whole
+/// until one of the copies changes it, the rest by parts.
 #[derive(Clone, Debug)]
 pub struct Smoother {
     settings: SmootherSettings,
@@ -75,9 +78,9 @@ pub struct Smoother {
     linearizations: Arc<Vec<Pose>>,
     steps: Arc<Solution>,
     elimination: Elimination,
-    /// Keyframes whose step is beyond the tolerance.
-    restless: Vec<u32>,
-    /// Keyframes linearised anew that nobody has been told of.
+    /// Keyframes whose step is beyond the tolerance, ascending.
+    to_relinearize: Vec<u32>,
+    /// Keyframes linearised anew since the last `take_moved`.
     moved: Vec<Node>,
 }
 
@@ -91,7 +94,7 @@ impl Smoother {
             linearizations: Arc::default(),
             steps: Arc::default(),
             elimination: Elimination::default(),
-            restless: Vec::new(),
+            to_relinearize: Vec::new(),
             moved: Vec::new(),
         }
     }
@@ -116,37 +119,39 @@ impl Smoother {
         Ok(())
     }
 
-    /// Takes in what was added and steps until the estimate is at the optimum, or `max_iterations` is reached.
+    /// Takes in what was added and steps until the estimate is at the optimum, or `max_iterations` is
+    /// reached.
     ///
-    /// Cost: the fronts that new factors and moving keyframes touch, and those above them. A step that is large and makes
-    /// the cost grow is halved until it does not. Errors: [`KernelError::NotPositiveDefinite`] where the factors leave a
-    /// keyframe free, and those of [`Factor::linearize`]. After an error only a copy made before can be used.
+    /// Cost: the fronts that new factors and moving keyframes touch, and those above them. A step that is
+    /// large and makes the cost grow is halved until it does not. Errors:
+    /// [`KernelError::NotPositiveDefinite`] where the factors leave a keyframe free, and those of
+    /// [`Factor::linearize`]. After an error only a copy made before can be used.
     pub fn advance(&mut self) -> Result<AdvanceReport, KernelError> {
         let relinearize_above = self.settings.relinearize_above;
         self.advance_to(relinearize_above, PRUNE_SHARE * relinearize_above)
     }
 
-    /// As [`Smoother::advance`], for once with this tolerance instead of `relinearize_above`: every keyframe whose step
-    /// exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge linearly, so a small
-    /// tolerance may take several calls.
+    /// As [`Smoother::advance`], for once with this tolerance instead of `relinearize_above`: every keyframe
+    /// whose step exceeds it is linearised anew. Bounded by `max_iterations` as well; robust losses converge
+    /// linearly, so a small tolerance may take several calls.
     pub fn relinearize(&mut self, relinearize_above: f64) -> Result<AdvanceReport, KernelError> {
-        self.elimination.catch_up(Arc::make_mut(&mut self.steps), SETTLED_PRUNE);
+        self.elimination.back_substitute(Arc::make_mut(&mut self.steps), RELINEARIZE_PRUNE);
         let beyond = |&node: &u32| self.steps.value(node).amax() > relinearize_above;
-        self.restless = (0..self.len() as u32).filter(beyond).collect();
-        self.advance_to(relinearize_above, SETTLED_PRUNE.min(PRUNE_SHARE * relinearize_above))
+        self.to_relinearize = (0..self.len() as u32).filter(beyond).collect();
+        self.advance_to(relinearize_above, RELINEARIZE_PRUNE.min(PRUNE_SHARE * relinearize_above))
     }
 
     fn advance_to(&mut self, relinearize_above: f64, prune: f64) -> Result<AdvanceReport, KernelError> {
         let mut report = AdvanceReport::default();
-        let (mut touched, mut new_pairs) = self.take_in_factors()?;
-        let mut moving = std::mem::take(&mut self.restless);
+        let (mut touched, mut new_pairs) = self.linearize_new_factors()?;
+        let mut moving = std::mem::take(&mut self.to_relinearize);
         while !(touched.is_empty() && moving.is_empty()) {
             if report.iterations >= self.settings.max_iterations {
-                self.restless = moving;
+                self.to_relinearize = moving;
                 return Ok(report);
             }
             if !moving.is_empty() {
-                report.halvings += self.follow(&moving)?;
+                report.halvings += self.retract(&moving)?;
                 report.relinearized += moving.len();
                 self.moved.extend(moving.iter().copied().map(Node));
                 touched.extend(self.linearize_around(&moving)?);
@@ -186,7 +191,8 @@ impl Smoother {
         self.settings
     }
 
-    /// The estimate `world_from_body`: linearisation point times the exponential of its remaining step. The node must exist.
+    /// The estimate `world_from_body`: linearisation point times the exponential of its remaining step. The
+    /// node must exist.
     pub fn estimate(&self, node: Node) -> Pose {
         self.linearizations[node.index()] * se3::exp(self.steps.value(node.0))
     }
@@ -201,7 +207,8 @@ impl Smoother {
         &self.linearizations
     }
 
-    /// Keyframes whose linearisation points have moved since the last call, in no order, some of them repeatedly.
+    /// Keyframes whose linearisation points have moved since the last call, in no order, some of them
+    /// repeatedly.
     pub fn take_moved(&mut self) -> Vec<Node> {
         std::mem::take(&mut self.moved)
     }

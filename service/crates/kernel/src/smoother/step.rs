@@ -8,17 +8,18 @@ use crate::factors::Factor;
 use crate::loss::Loss;
 use crate::{KernelError, Node, se3};
 
-/// A step with no entry larger than this (m, rad) is taken without asking for the cost, which would take a visit to
-/// every factor; the linearisation errors of such steps are small, and the next iteration corrects them.
+/// A step with no entry larger than this (m, rad) is taken without asking for the cost, which would take a
+/// visit to every factor; the linearisation errors of such steps are small, and the next iteration corrects
+/// them.
 const LARGE_STEP: f64 = 0.1;
 
 /// How often a step is halved at most.
 const MOST_HALVINGS: usize = 12;
 
 impl Smoother {
-    /// Moves the linearisation points of these keyframes (ascending) by their steps. If a step is large and the cost
-    /// would grow, all of them are halved until it does not. Returns the number of halvings.
-    pub(super) fn follow(&mut self, moving: &[u32]) -> Result<usize, KernelError> {
+    /// Moves the linearisation points of these keyframes (ascending) by their steps. If a step is large and
+    /// the cost would grow, all of them are halved until it does not. Returns the number of halvings.
+    pub(super) fn retract(&mut self, moving: &[u32]) -> Result<usize, KernelError> {
         let largest = moving.iter().map(|&node| self.steps.value(node).amax()).fold(0.0, f64::max);
         let mut halvings = 0;
         if largest > LARGE_STEP {
@@ -37,12 +38,13 @@ impl Smoother {
             let pose = &mut linearizations[node as usize];
             *pose *= se3::exp(&step);
             pose.rotation.renormalize();
-            steps.absorb(node);
+            steps.reset(node);
         }
         Ok(halvings)
     }
 
-    /// The cost over all factors with these keyframes moved by a share of their steps, the others at the estimate.
+    /// The cost over all factors with these keyframes moved by a share of their steps, the others at the
+    /// estimate.
     fn cost(&self, moving: &[u32], share: f64) -> Result<f64, KernelError> {
         let pose = |node: Node| {
             let share = if moving.binary_search(&node.0).is_ok() { share } else { 1.0 };

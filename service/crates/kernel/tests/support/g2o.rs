@@ -45,8 +45,8 @@ pub fn keyframes(edges: &[Edge]) -> u32 {
     edges.iter().map(|edge| edge.from.max(edge.to) + 1).max().expect("there are edges")
 }
 
-/// Adds a keyframe with its edges to those before it; the first gets a prior with deviations of 1e-3 m and rad. Its pose is
-/// that of the first such edge.
+/// Adds a keyframe with its edges to those before it; the first gets a prior with deviations of 1e-3 m and
+/// rad. Its pose is that of the first such edge.
 pub fn add_keyframe(smoother: &mut Smoother, node: u32, edges: &[Edge]) {
     if node == 0 {
         let covariance = Matrix6::from_diagonal(&Vector6::repeat(1e-6));

@@ -4,9 +4,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
-use pdn_kernel::elimination::{
-    BlockSystem, LinkWeight, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps,
-};
+use pdn_kernel::elimination::{BlockSystem, VirtualLink, VirtualPath, VirtualPlace, VirtualSteps};
 use pdn_kernel::information::PairInformation;
 use pdn_kernel::{Node, Pose};
 
@@ -63,8 +61,8 @@ impl Random {
         jacobian.tr_mul(&jacobian)
     }
 
-    /// Information on the difference of two nodes up to a turn of the axes: errors add up along a chain, as those of
-    /// odometry do, and do not grow exponentially, as they would with any Jacobians.
+    /// Information on the difference of two nodes up to a turn of the axes: errors add up along a chain, as
+    /// those of odometry do, and do not grow exponentially, as they would with any Jacobians.
     pub fn pair(&mut self) -> PairInformation {
         let second = self.jacobian();
         let turn = self.matrix().qr().q();
@@ -201,7 +199,11 @@ pub fn random_path(keyframes: usize, places: usize, links: usize, random: &mut R
 }
 
 /// Lambda_0 plus the path's information, dense, virtual nodes at the end.
-pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWeight) -> DMatrix<f64> {
+pub fn dense_with_path(
+    system: &BlockSystem,
+    path: &VirtualPath,
+    weight: impl Fn(&VirtualLink) -> f64,
+) -> DMatrix<f64> {
     let (lambda, _) = dense(system);
     let (keyframes, count) = (system.len(), path.nodes() as usize);
     let mut matrix = DMatrix::zeros(6 * (keyframes + count), 6 * (keyframes + count));
@@ -221,10 +223,8 @@ pub fn dense_with_path(system: &BlockSystem, path: &VirtualPath, weight: LinkWei
     for node in 0..count {
         add(row(node), row(node + 1), path.step(node as u32), 1.0);
     }
-    for (place, link) in path.links() {
-        for node in path.nodes_at(place).into_iter().flatten() {
-            add(link.keyframe.index(), row(node as usize), &link.information, weight.of(link));
-        }
+    for (node, link) in path.node_links() {
+        add(link.keyframe.index(), row(node as usize), &link.information, weight(link));
     }
     for node in 1..=count {
         let at = 6 * row(node);

@@ -68,8 +68,8 @@ impl Raster {
         }
     }
 
-    /// The cells whose centre the camera sees. The field of view is convex, so each row holds at most one span;
-    /// only rows within the box around the field of view are looked at.
+    /// The cells whose centre the camera sees. The field of view is convex, so each row holds at most one
+    /// span; only rows within the box around the field of view are looked at.
     pub fn spans(&self, world_from_camera: &Pose, view: &FieldOfView) -> Vec<Span> {
         let camera_in_world = world_from_camera.translation.vector;
         let height_m = self.facet.u.cross(&self.facet.v).dot(&(camera_in_world - self.facet.origin));
@@ -175,7 +175,8 @@ impl Frustum {
         [Vector3::zeros(), far(-1.0, -1.0), far(-1.0, 1.0), far(1.0, -1.0), far(1.0, 1.0)]
     }
 
-    /// The s for which `start + s direction` is seen, from the half-spaces a + b s >= 0 that bound the pyramid.
+    /// The s for which `start + s direction` is seen, from the half-spaces a + b s >= 0 that bound the
+    /// pyramid.
     fn interval(&self, start: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, f64)> {
         let bounds = |point: &Vector3<f64>, far: f64| {
             let [x, y] = [self.tan_x * point.z, self.tan_y * point.z];

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
 use pdn_planning::decide::decide;
-use pdn_planning::outlook::Outlook;
+use pdn_planning::expected_places::ExpectedPlaces;
 use pdn_planning::round_trip::{RoundTrip, along_route};
 use pdn_planning::route::routes;
 use pdn_planning::{Candidate, Question, Snapshot};
@@ -52,7 +52,8 @@ fn so_it_is_wherever_the_robot_stands_in_the_list() {
     }
 }
 
-/// Trips that begin alike, differ and are the same, in any order, ask for no other information than each alone.
+/// Trips that begin alike, differ and are the same, in any order, ask for no other information than each
+/// alone.
 #[test]
 fn what_a_trip_may_expect_does_not_depend_on_the_others() {
     let snapshot = Mission::survey(4, 22, 4).snapshot;
@@ -61,10 +62,10 @@ fn what_a_trip_may_expect_does_not_depend_on_the_others() {
     let found = routes(&snapshot, &goals).unwrap().into_iter().flatten();
     let mut trips: Vec<RoundTrip> = found.map(|route| along_route(&snapshot, &route, 0).unwrap()).collect();
     Draw(3).shuffle(&mut trips);
-    let outlook = Outlook::new(&snapshot, &trips.iter().collect::<Vec<_>>()).unwrap();
+    let expected = ExpectedPlaces::new(&snapshot, &trips.iter().collect::<Vec<_>>()).unwrap();
     for (index, trip) in trips.iter().enumerate() {
-        let alone = Outlook::new(&snapshot, &[trip]).unwrap().path(0).unwrap();
-        let path = outlook.path(index).unwrap();
+        let alone = ExpectedPlaces::new(&snapshot, &[trip]).unwrap().path(0).unwrap();
+        let path = expected.path(index).unwrap();
         assert_eq!(path, alone);
     }
 }
@@ -120,7 +121,8 @@ fn check(mission: &Mission) -> usize {
     decision.candidates.len()
 }
 
-/// Lambda_pdn [PDN12, eq. 4]: the information of the graph with that of the candidate's virtual nodes behind it.
+/// Lambda_pdn [PDN12, eq. 4]: the information of the graph with that of the candidate's virtual nodes behind
+/// it.
 fn with_path(
     snapshot: &Snapshot,
     candidate: &Candidate,
@@ -177,12 +179,12 @@ fn with_path(
 
 type Rows = Matrix6<f64>;
 
-/// Whitened Jacobians of a registration by keyframe and virtual pose, three rows of direction (of which the plane
-/// across it counts, for its noise is the same all round) and three of rotation.
+/// Whitened Jacobians of a registration by keyframe and virtual pose, three rows of direction (of which the
+/// plane across it counts, for its noise is the same all round) and three of rotation.
 ///
-/// With T = C_m^-1 C_i and cameras that move by eta: t changes by R rho_i - rho_m + [t] phi_m, the direction t/|t|
-/// by the part of that across it over |t|, and the rotation by phi_i - R^T phi_m. eta = Ad(E^-1) xi for a camera
-/// mounted at E.
+/// With T = C_m^-1 C_i and cameras that move by eta: t changes by R rho_i - rho_m + [t] phi_m, the direction
+/// t/|t| by the part of that across it over |t|, and the rotation by phi_i - R^T phi_m. eta = Ad(E^-1) xi for
+/// a camera mounted at E.
 fn camera_rows(snapshot: &Snapshot, keyframe: usize, pose: &Pose) -> [Rows; 2] {
     let mount = |keyframe: usize| snapshot.keyframes[keyframe].body_from_camera;
     let nearest = nearest_of_all(snapshot, pose).index();

@@ -1,4 +1,5 @@
-//! What snapshots inherit from others, earlier or later, changes no bit of what is found in them.
+//! What snapshots share of a cache, with earlier ones or with later ones, changes no bit of what is found in
+//! them.
 
 use crate::draw::Draw;
 use crate::mission::Mission;
@@ -32,8 +33,10 @@ fn changes() -> impl Strategy<Value = Vec<Change>> {
     let change = prop_oneof![
         3 => (1..4_usize).prop_map(Change::Add),
         1 => (1..4_usize).prop_map(Change::Remove),
-        4 => (1..12_usize, far_m, any::<u64>()).prop_map(|(every, far_m, seed)| Change::Move { every, far_m, seed }),
-        1 => (1.1..1.5_f64, 0.7..1.6_f64).prop_map(|(edge_radius_m, eps_m)| Change::Set { edge_radius_m, eps_m }),
+        4 => (1..12_usize, far_m, any::<u64>())
+            .prop_map(|(every, far_m, seed)| Change::Move { every, far_m, seed }),
+        1 => (1.1..1.5_f64, 0.7..1.6_f64)
+            .prop_map(|(edge_radius_m, eps_m)| Change::Set { edge_radius_m, eps_m }),
     ];
     prop::collection::vec(change, 1..15)
 }
@@ -92,31 +95,32 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn a_snapshot_is_the_same_whatever_it_inherits(seed: u64, changes in changes()) {
+    fn a_snapshot_is_the_same_whatever_is_cached(seed: u64, changes in changes()) {
         let mut survey = Survey::new(seed);
         let (cache, mut draw) = (DerivedCache::default(), Draw(seed ^ 7));
         for (step, change) in changes.iter().enumerate() {
             survey.apply(change);
-            let heir = survey.snapshot(Derived::with_cache(&cache));
+            let cached = survey.snapshot(Derived::with_cache(&cache));
             let fresh = survey.snapshot(Derived::default());
             if step % 3 == 1 {
                 continue; // nothing was asked of it
             }
-            prop_assert_eq!(heir.spacing_m(), fresh.spacing_m());
-            prop_assert_eq!(waypoints(&heir).unwrap(), waypoints(&fresh).unwrap());
+            prop_assert_eq!(cached.spacing_m(), fresh.spacing_m());
+            prop_assert_eq!(waypoints(&cached).unwrap(), waypoints(&fresh).unwrap());
             let goals: Vec<Node> = (0..survey.keyframes as u32).map(Node).collect();
-            prop_assert_eq!(routes(&heir, &goals).unwrap(), routes(&fresh, &goals).unwrap());
+            prop_assert_eq!(routes(&cached, &goals).unwrap(), routes(&fresh, &goals).unwrap());
             for _ in 0..20 {
-                let place = survey.poses[draw.below(survey.keyframes)] * Pose::new(draw.vector(0.5), draw.vector(0.1));
+                let known = survey.poses[draw.below(survey.keyframes)];
+                let place = known * Pose::new(draw.vector(0.5), draw.vector(0.1));
                 let nearest = fresh.nearest(&place.translation.vector).unwrap();
-                prop_assert_eq!(heir.nearest(&place.translation.vector).unwrap(), nearest);
-                prop_assert_eq!(links(&heir, &place, nearest), links(&fresh, &place, nearest));
+                prop_assert_eq!(cached.nearest(&place.translation.vector).unwrap(), nearest);
+                prop_assert_eq!(links(&cached, &place, nearest), links(&fresh, &place, nearest));
             }
         }
     }
 
     #[test]
-    fn a_decision_is_the_same_whatever_it_inherits(seed: u64, changes in changes(), choice_only: bool) {
+    fn a_decision_is_the_same_whatever_is_cached(seed: u64, changes in changes(), choice_only: bool) {
         let mut survey = Survey::new(seed);
         let cache = DerivedCache::default();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
@@ -124,15 +128,15 @@ proptest! {
         let mut last = None;
         for change in &changes {
             survey.apply(change);
-            let heir = survey.snapshot(Derived::with_cache(&cache));
-            last = Some(decide(&heir, &question, &pool, &|| false).unwrap());
+            let cached = survey.snapshot(Derived::with_cache(&cache));
+            last = Some(decide(&cached, &question, &pool, &|| false).unwrap());
         }
         let fresh = survey.snapshot(Derived::default());
         prop_assert_eq!(last, Some(decide(&fresh, &question, &pool, &|| false).unwrap()));
     }
 }
 
-/// Lists kept where they were when first made would miss what has come near since.
+/// Lists that stayed as they were first made would miss what has come near since.
 #[test]
 fn what_moves_far_is_found_where_it_is() {
     let mut survey = Survey::new(1);

@@ -2,7 +2,7 @@
 
 use crate::draw::Draw;
 use nalgebra::Vector3;
-use pdn_planning::cluster::{Point, dbscan};
+use pdn_planning::cluster::dbscan;
 use pdn_planning::distance::nanometres;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -12,14 +12,14 @@ proptest! {
 
     #[test]
     fn clusters_follow_the_definition(points in points(), eps_m in 0.3..2.0_f64, min_points in 1..6_usize) {
-        prop_assert_eq!(dbscan(&points, eps_m, min_points), naive(&points, eps_m, min_points));
+        prop_assert_eq!(clusters(&points, eps_m, min_points), naive(&points, eps_m, min_points));
     }
 
     #[test]
     fn clusters_do_not_depend_on_the_order(points in points(), eps_m in 0.3..2.0_f64, seed: u64) {
         let mut shuffled = points.clone();
         Draw(seed).shuffle(&mut shuffled);
-        prop_assert_eq!(dbscan(&points, eps_m, 4), dbscan(&shuffled, eps_m, 4));
+        prop_assert_eq!(clusters(&points, eps_m, 4), clusters(&shuffled, eps_m, 4));
     }
 }
 
@@ -28,7 +28,7 @@ fn a_border_point_between_two_cores_joins_the_nearer_and_in_a_tie_the_lower_id()
     let with_border = |x: f64| {
         let cores = [(20, 0.0), (21, 0.1), (22, 0.2), (23, 0.3), (10, 2.1), (11, 2.2), (12, 2.3), (13, 2.4)];
         let points = cores.into_iter().chain([(1, x)]);
-        dbscan(
+        clusters(
             &points.map(|(id, x)| Point { id, place: Vector3::new(x, 0.0, 0.0) }).collect::<Vec<_>>(),
             0.95,
             4,
@@ -36,6 +36,28 @@ fn a_border_point_between_two_cores_joins_the_nearer_and_in_a_tie_the_lower_id()
     };
     assert_eq!(with_border(1.2), [vec![1, 10, 11, 12, 13], vec![20, 21, 22, 23]]);
     assert_eq!(with_border(1.18), [vec![1, 20, 21, 22, 23], vec![10, 11, 12, 13]]);
+}
+
+/// A point to be clustered.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    id: u64,
+    place: Vector3<f64>,
+}
+
+/// Clusters as sorted ids: what [`dbscan`] makes of all pairs of the points, in the order of their ids.
+fn clusters(points: &[Point], eps_m: f64, min_points: usize) -> Vec<Vec<u64>> {
+    let mut points = points.to_vec();
+    points.sort_by_key(|point| point.id);
+    let distance = |one: usize, other: usize| nanometres((points[one].place - points[other].place).norm());
+    let near = |one: usize| {
+        let others = (0..points.len()).filter(move |&other| other != one);
+        let with_distance = others.map(|other| (other, distance(one, other)));
+        with_distance.filter(|&(_, distance)| distance <= nanometres(eps_m)).collect()
+    };
+    let neighbours: Vec<Vec<(usize, i64)>> = (0..points.len()).map(near).collect();
+    let ids = |members: Vec<usize>| members.into_iter().map(|index| points[index].id).collect();
+    dbscan(&neighbours, min_points).into_iter().map(ids).collect()
 }
 
 /// Places on a coarse lattice, so that ties and distances of exactly eps occur, with a few anywhere.

@@ -28,7 +28,8 @@ proptest! {
             let covered = naive(facet, cells_u as u32, cells_v as u32, &cameras);
             prop_assert_eq!((shown.cells_u, shown.cells_v), (cells_u as u32, cells_v as u32));
             prop_assert_eq!(shown.covered_cells as usize, covered.iter().filter(|&&cell| cell).count());
-            let unpacked = shown.runs.iter().enumerate().flat_map(|(run, &length)| vec![run % 2 == 1; length as usize]);
+            let cells = |(run, &length): (usize, &u32)| vec![run % 2 == 1; length as usize];
+            let unpacked = shown.runs.iter().enumerate().flat_map(cells);
             prop_assert!(unpacked.eq(covered));
             let share = shown.covered_cells as f64 / (cells_u * cells_v);
             covered_m2 += share * facet.length_u_m * facet.length_v_m;

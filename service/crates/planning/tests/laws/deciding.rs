@@ -12,17 +12,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 fn any_number_of_threads_gives_the_same_bits_on_a_survey_as_large_as_the_paper_s() {
     let decide_anew = |threads: usize| {
         let snapshot = hull().snapshot;
-        let begun = std::time::Instant::now();
         let first = ask(&snapshot, &Question::default(), threads);
-        let first_ms = begun.elapsed().as_secs_f64() * 1e3;
-        let begun = std::time::Instant::now();
         assert_eq!(ask(&snapshot, &Question::default(), threads), first);
-        let again_ms = begun.elapsed().as_secs_f64() * 1e3;
-        println!("{threads} threads: {first_ms:.1} ms, asked again {again_ms:.1} ms");
         first
     };
     let decision = decide_anew(1);
-    println!("{} Candidates: {:?}", decision.reason, summary(&decision));
     assert_eq!(decision.candidates.len(), 4);
     assert!(decision.complete && decision.not_evaluated.is_empty());
     for threads in [2, 4] {
@@ -120,8 +114,9 @@ fn best(decision: &Decision) -> Candidate {
     decision.candidates.iter().min_by(by_penalty).expect("there are candidates").clone()
 }
 
-/// Branch and bound leaves out what cannot be chosen, and nothing else: the choice and every number of the best
-/// candidate are those of evaluating all, bit for bit, for whatever is weighed and at any number of threads.
+/// Branch and bound leaves out what cannot be chosen, and nothing else: the choice and every number of the
+/// best candidate are those of evaluating all, bit for bit, for whatever is weighed and at any number of
+/// threads.
 #[test]
 fn the_choice_alone_is_that_of_evaluating_all_whatever_is_weighed() {
     let (mut explored, mut revisited) = (0, 0);
@@ -153,7 +148,6 @@ fn the_choice_alone_is_that_of_evaluating_all_whatever_is_weighed() {
             }
         }
     }
-    println!("explored {explored}, revisited {revisited}");
     assert!(explored > 10 && revisited > 10, "{explored} {revisited}");
 }
 
@@ -280,11 +274,4 @@ fn pool(threads: usize) -> ThreadPool {
 
 fn ask(snapshot: &Snapshot, question: &Question, threads: usize) -> Decision {
     decide(snapshot, question, &pool(threads), &|| false).unwrap()
-}
-
-fn summary(decision: &Decision) -> Vec<(u64, f64, f64, u32)> {
-    let figures = |one: &pdn_planning::Candidate| {
-        (one.keyframe.unwrap_or(0), one.one_way_m, one.uncertainty, one.nodes)
-    };
-    decision.candidates.iter().map(figures).collect()
 }

@@ -13,7 +13,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn links_are_the_most_probable_within_reach(seed: u64, max_links in 0..7_usize, angle_rad in 0.05..3.2_f64) {
+    fn links_are_the_most_probable_within_reach(
+        seed: u64,
+        max_links in 0..7_usize,
+        angle_rad in 0.05..3.2_f64,
+    ) {
         let mission = Mission::survey(3, 20, seed).snapshot;
         let mut snapshot = untied(mission.keyframes, mission.went);
         snapshot.settings.max_links = max_links;
@@ -29,7 +33,9 @@ proptest! {
     }
 
     #[test]
-    fn an_outcome_counts_once_in_both_orders(outcomes in prop::collection::vec((0.0..=1.0_f64, 0.0..=1.0_f64, any::<bool>()), 0..60)) {
+    fn an_outcome_counts_once_in_both_orders(
+        outcomes in prop::collection::vec((0.0..=1.0_f64, 0.0..=1.0_f64, any::<bool>()), 0..60),
+    ) {
         let mut model = link_model();
         outcomes.iter().for_each(|&(one, other, registered)| model.record(one, other, registered));
         let bin = |saliency: f64| ((saliency * 5.0) as usize).min(4);
@@ -40,7 +46,8 @@ proptest! {
                 (row, column) == (index / 5, index % 5) || (column, row) == (index / 5, index % 5)
             };
             prop_assert_eq!(cell.proposed as usize, outcomes.iter().filter(of_cell).count());
-            prop_assert_eq!(cell.registered as usize, outcomes.iter().filter(of_cell).filter(|outcome| outcome.2).count());
+            let registered = outcomes.iter().filter(of_cell).filter(|outcome| outcome.2);
+            prop_assert_eq!(cell.registered as usize, registered.count());
             let mean = (cell.registered as f64 + cell.prior_registered) / (cell.proposed as f64 + 200.0);
             let centre = |bin: usize| (bin as f64 + 0.5) / 5.0;
             let probability = model.probability(centre(index / 5), centre(index % 5));

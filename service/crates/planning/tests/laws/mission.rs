@@ -90,8 +90,8 @@ pub struct Mission {
 }
 
 impl Mission {
-    /// `lines` tracklines of `along` keyframes, 0.5 m apart along a line and 1.2 m between lines, disturbed by
-    /// `seed`; ids are not in the order of nodes.
+    /// `lines` tracklines of `along` keyframes, 0.5 m apart along a line and 1.2 m between lines, disturbed
+    /// by `seed`; ids are not in the order of nodes.
     pub fn survey(lines: usize, along: usize, seed: u64) -> Mission {
         let bands = |x: f64, _: usize| (x / 4.0).fract() < 0.45;
         Mission::survey_over(lines, along, seed, bands)

@@ -37,8 +37,8 @@ proptest! {
                 prop_assert_eq!(choose(&exploration, &candidates[index..=index]), Action::Explore);
                 continue;
             };
-            // Penalties of about 1 are rounded by 1e-16; over 1e-9 of alpha they part by 1e-11 at least, since
-            // the uncertainties drawn here differ by more than 0.01.
+            // Penalties of about 1 are rounded by 1e-16; over 1e-9 of alpha they part by 1e-11 at least,
+            // since the uncertainties drawn here differ by more than 0.01.
             if exploration.uncertainty - candidate.uncertainty < 0.01 || break_even > 1.0 - 1e-9 {
                 continue;
             }
@@ -51,7 +51,10 @@ proptest! {
     }
 
     #[test]
-    fn the_least_penalty_wins_and_ties_go_to_exploring_then_to_the_lower_number(seed: u64, alpha in 0.0..=1.0_f64) {
+    fn the_least_penalty_wins_and_ties_go_to_exploring_then_to_the_lower_number(
+        seed: u64,
+        alpha in 0.0..=1.0_f64,
+    ) {
         let (_, exploration, mut candidates) = drawn(seed, alpha, 1.05..3.0);
         let again: Vec<Candidate> = candidates.iter().cloned()
             .map(|candidate| Candidate { candidate: candidate.candidate + 100, ..candidate }).collect();

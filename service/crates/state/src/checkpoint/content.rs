@@ -1,6 +1,7 @@
 //! The numbers of a checkpoint in bincode.
 
-use super::{Checkpoint, Kept, Unusable};
+use super::{Checkpoint, Unusable};
+use crate::fold::SolvedState;
 use crate::survey::Progress;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
 use pdn_kernel::elimination::{FrontState, Ordered, TreeState};
@@ -41,7 +42,7 @@ struct Content {
 
 /// The bytes of a checkpoint with what it belongs to.
 pub(super) fn encode(checkpoint: &Checkpoint, software: &str, identity: u64, crc_before: u32) -> Vec<u8> {
-    let Kept { smoother, converged, progress, world_from_camera } = &checkpoint.kept;
+    let SolvedState { smoother, converged, progress, world_from_camera } = &checkpoint.solved;
     let tree = &smoother.tree;
     let front = |front: &FrontState| [&front.frontal, &front.separator, &front.children].map(Clone::clone);
     let content = Content {
@@ -52,8 +53,8 @@ pub(super) fn encode(checkpoint: &Checkpoint, software: &str, identity: u64, crc
         rejected: checkpoint.rejected,
         linearizations: smoother.linearizations.iter().map(numbers).collect(),
         steps: smoother.steps.iter().map(|step| (*step).into()).collect(),
-        untold: smoother.untold.clone(),
-        restless: smoother.restless.clone(),
+        untold: smoother.unpropagated.clone(),
+        restless: smoother.to_relinearize.clone(),
         factors: smoother.factors,
         fronts: tree.fronts.iter().map(|place| place.as_ref().map(front)).collect(),
         unused: tree.unused.clone(),
@@ -68,7 +69,8 @@ pub(super) fn encode(checkpoint: &Checkpoint, software: &str, identity: u64, crc
     bincode::serde::encode_to_vec(&content, bincode::config::standard()).unwrap_or_default()
 }
 
-/// The checkpoint of these bytes, the software that wrote them, the journal's identity and the CRC before the record.
+/// The checkpoint of these bytes, the software that wrote them, the journal's identity and the CRC before the
+/// record.
 pub(super) fn decode(bytes: &[u8]) -> Result<(Checkpoint, String, u64, u32), Unusable> {
     let config = bincode::config::standard().with_limit::<MAX_BYTES>();
     let (content, read): (Content, usize) =
@@ -87,18 +89,18 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Checkpoint, String, u64, u32), Unu
     let smoother = SmootherState {
         linearizations: content.linearizations.iter().map(pose).collect(),
         steps: content.steps.into_iter().map(Vector6::from).collect(),
-        untold: content.untold,
-        restless: content.restless,
+        unpropagated: content.untold,
+        to_relinearize: content.restless,
         factors: content.factors,
         tree,
     };
-    let kept = Kept {
+    let solved = SolvedState {
         smoother,
         converged: content.converged,
         progress: Progress { done_m: content.progress_m, last: content.progress_at.map(Vector3::from) },
         world_from_camera: content.world_from_camera.iter().map(|place| place.as_ref().map(pose)).collect(),
     };
-    let checkpoint = Checkpoint { record: content.record, rejected: content.rejected, kept };
+    let checkpoint = Checkpoint { record: content.record, rejected: content.rejected, solved };
     Ok((checkpoint, content.software, content.identity, content.crc_before))
 }
 

@@ -1,10 +1,10 @@
 //! A mission's configuration on its way in: every field checked, degrees become radians.
 
-use super::error::planning;
 use super::planner::{planner, sigmas};
 use super::shapes::{bounded, direction, invalid, point, pose, positive, within};
 use crate::error::StateError;
-use crate::limits::Limits;
+use crate::error::translate::planning;
+use crate::limits::{Limits, UNIT_TOLERANCE};
 use crate::settings::{Losses, Settings};
 use crate::survey::Survey;
 use nalgebra::{Matrix6, Vector3};
@@ -22,8 +22,8 @@ pub fn settings(config: &MissionConfig, limits: &Limits) -> Result<Settings, Sta
     MissionId::new(config.mission.as_str()).map_err(|error| invalid("mission", error.to_string()))?;
     let facets = facets(&config.target, config.cell_m, limits)?;
     let planning = planner(config)?;
-    planning.check().map_err(told)?;
-    let coverage = Coverage::new(&facets, config.cell_m, field_of_view(&config.camera)?).map_err(told)?;
+    planning.check().map_err(describe)?;
+    let coverage = Coverage::new(&facets, config.cell_m, field_of_view(&config.camera)?).map_err(describe)?;
     let area_m2 = config.target.area_m2.map(|area_m2| positive("target.area_m2", area_m2)).transpose()?;
     Ok(Settings {
         body_from_camera: pose("camera.body_from_camera", &config.camera.body_from_camera)?,
@@ -70,7 +70,7 @@ fn facet(index: usize, wire: &wire::Facet) -> Result<Facet, StateError> {
         length_v_m: positive(&field("length_v_m"), wire.length_v_m)?,
     };
     let cosine = facet.u.dot(&facet.v);
-    if cosine.abs() > super::shapes::UNIT_TOLERANCE {
+    if cosine.abs() > UNIT_TOLERANCE {
         let problem =
             format!("it is not orthogonal to u, their product is {cosine}; send two orthogonal edges");
         return Err(invalid(&field("v"), problem));
@@ -120,7 +120,7 @@ fn loss(field: &str, loss: wire::Loss) -> Result<Loss, StateError> {
 fn link_model(wire: &wire::LinkModel, limits: &Limits) -> Result<LinkModel, StateError> {
     let bins_hold = (1..=limits.max_link_bins).contains(&wire.bins);
     within("link_model.bins", f64::from(wire.bins), "from 1 to max_link_bins", bins_hold)?;
-    LinkModel::new(wire.bins as usize, &wire.prior).map_err(told)
+    LinkModel::new(wire.bins as usize, &wire.prior).map_err(describe)
 }
 
 fn survey(points: &[[f64; 3]], corridor_m: f64, limits: &Limits) -> Result<Survey, StateError> {
@@ -136,6 +136,6 @@ fn survey(points: &[[f64; 3]], corridor_m: f64, limits: &Limits) -> Result<Surve
     Ok(survey)
 }
 
-fn told(error: pdn_planning::PlanningError) -> StateError {
+fn describe(error: pdn_planning::PlanningError) -> StateError {
     planning(|_| None, error)
 }

@@ -1,9 +1,9 @@
 //! Events on their way in: everything about them that can be judged without the mission.
 
-use super::error::kernel;
-use super::shapes::{covariance, direction, finite, point, pose, positive, rotation, share, within};
+use super::shapes::{all_finite, covariance, direction, point, pose, positive, rotation, share, within};
 use crate::change::{Change, Measurement, NewKeyframe};
 use crate::error::StateError;
+use crate::error::translate::kernel;
 use crate::event::Event;
 use nalgebra::{Matrix2, Matrix3};
 use pdn_kernel::gaussian;
@@ -119,9 +119,7 @@ fn position_covariance(values: &[f64; 9]) -> Result<Matrix3<f64>, StateError> {
     if [2, 5, 6, 7, 8].iter().any(|index| values[*index] != 0.0) {
         return covariance(field, values);
     }
-    for (index, value) in values.iter().enumerate() {
-        finite(&format!("{field}[{index}]"), *value)?;
-    }
+    all_finite(field, values)?;
     let horizontal = Matrix2::new(values[0], values[1], values[3], values[4]);
     gaussian::validate(&horizontal).map_err(|error| kernel(field, error))?;
     Ok(Matrix3::from_row_slice(values))

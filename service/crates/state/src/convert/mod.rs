@@ -1,5 +1,5 @@
-//! Where the messages of the contract meet the types of the method, and nowhere else: what a message says is checked
-//! on its way in, and an answer loses nothing on its way out.
+//! Where the messages of the contract meet the types of the method, and nowhere else: what a message says is
+//! checked on its way in, and an answer loses nothing on its way out.
 
 pub mod shapes;
 
@@ -9,5 +9,3 @@ pub mod planner;
 pub mod question;
 
 pub mod reply;
-
-pub mod error;

@@ -1,10 +1,11 @@
 //! Questions on their way in: assumptions, and paths that a person drew.
 
 use super::shapes::{bounded, invalid, point, positive, share};
-use crate::answer::{DecisionRequest, WhatIf};
 use crate::error::StateError;
 use crate::limits::Limits;
-use pdn_planning::{Allowable, Question};
+use crate::request::{DecisionRequest, WhatIf};
+use nalgebra::Vector3;
+use pdn_planning::{Allowable, Question, Settings};
 
 /// Refuses assumptions that have no meaning.
 ///
@@ -24,8 +25,8 @@ pub fn check_what_if(what_if: &WhatIf) -> Result<(), StateError> {
 }
 
 /// What is asked for, and what to assume instead of the mission's settings.
-pub fn question(request: &DecisionRequest, allowable: &Allowable) -> Question {
-    let what_if = &request.what_if;
+pub fn question(request: &DecisionRequest, settings: &Settings) -> Question {
+    let (what_if, allowable) = (&request.what_if, &settings.allowable);
     let sigma_tilt_rad = what_if.sigma_tilt_deg.map(f64::to_radians);
     let assumed = Allowable {
         x_m: what_if.sigma_xy_m.unwrap_or(allowable.x_m),
@@ -62,4 +63,9 @@ pub fn check_paths(paths: &[Vec<[f64; 3]>], limits: &Limits) -> Result<(), State
         }
     }
     Ok(())
+}
+
+/// Paths as world points, m.
+pub fn paths(paths: &[Vec<[f64; 3]>]) -> Vec<Vec<Vector3<f64>>> {
+    paths.iter().map(|path| path.iter().map(|point| Vector3::from(*point)).collect()).collect()
 }

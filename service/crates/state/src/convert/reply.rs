@@ -1,56 +1,30 @@
 //! Answers on their way out.
 
-use super::question::question;
 use super::shapes::{wire_covariance, wire_pose};
-use crate::answer::{DecisionRequest, WhatIf};
-use crate::error::StateError;
-use crate::view::{RobotNow, Settled, View};
-use nalgebra::Vector3;
+use crate::request::{DecisionRequest, Source, WhatIf};
+use crate::view::Graph;
+use nalgebra::Matrix6;
+use pdn_kernel::se3::Pose;
 use pdn_planning as domain;
 use pdn_schemas::config::Allowable;
 use pdn_schemas::reply::{
     Action, Candidate, CoverageReply, Decision, EvaluateReply, Exploration, FacetCoverage, GraphKeyframe,
-    GraphReply, LinkBin, LinkModelReply, Phase, Policy, Robot, Timing, Waypoint, WaypointsReply,
+    GraphReply, LinkBin, LinkModelReply, Policy, Robot, Timing, Waypoint, WaypointsReply,
 };
-use rayon::ThreadPool;
-use std::sync::Arc;
 
-/// What an answer rests on.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// Id of the mission.
-    pub mission: String,
-    /// All events below are part of it.
-    pub graph_seq: u64,
-    /// The phase when it was asked.
-    pub phase: Phase,
-    /// The mission's allowance, as it was configured.
-    pub allowable: Allowable,
-    /// The state of the mission.
-    pub view: Arc<View>,
-}
-
-/// `rpc/decision`; without its number.
-///
-/// # Errors
-/// As [`View::decide`].
-pub fn decide(
+/// `rpc/decision`; without its number. `link_model` comes with it if it was asked for.
+pub fn decision(
     source: &Source,
     request: &DecisionRequest,
-    pool: &ThreadPool,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Decision, StateError> {
-    let decided = source.view.decide(&question(request, &source.view.settings().allowable), pool, stop)?;
-    Ok(Decision {
+    decided: domain::Decision,
+    link_model: Option<LinkModelReply>,
+) -> Decision {
+    Decision {
         mission: source.mission.clone(),
         decision: None,
         graph_seq: source.graph_seq,
         phase: source.phase,
-        robot: Robot {
-            keyframe: decided.robot.keyframe,
-            pose: wire_pose(&decided.robot.pose),
-            covariance: wire_covariance(&decided.robot.covariance),
-        },
+        robot: robot(decided.robot.keyframe, &decided.robot.pose, &decided.robot.covariance),
         alpha: decided.alpha,
         allowable: allowable(source.allowable, &request.what_if),
         policy: Policy::Pdn,
@@ -64,92 +38,62 @@ pub fn decide(
         target_m2: decided.target_m2,
         covered_m2: decided.covered_m2,
         complete: decided.complete,
-        link_model: request.full.then(|| link_model_of(source)),
+        link_model,
         timing: Timing::default(),
         reason: decided.reason,
-    })
+    }
 }
 
 /// `rpc/evaluate`.
-///
-/// # Errors
-/// As [`View::evaluate`]; [`StateError::Stopped`] if not every path was evaluated.
-pub fn evaluate(
+pub fn evaluation(
     source: &Source,
     request: &DecisionRequest,
-    paths: &[Vec<[f64; 3]>],
-    pool: &ThreadPool,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<EvaluateReply, StateError> {
-    let assumed = question(request, &source.view.settings().allowable);
-    let paths: Vec<Vec<Vector3<f64>>> =
-        paths.iter().map(|path| path.iter().map(|point| Vector3::from(*point)).collect()).collect();
-    let evaluated = source.view.evaluate(&assumed, &paths, pool, stop)?;
-    if !evaluated.not_evaluated.is_empty() {
-        return Err(StateError::Stopped);
-    }
-    Ok(EvaluateReply {
+    evaluated: &domain::Evaluation,
+) -> EvaluateReply {
+    EvaluateReply {
         mission: source.mission.clone(),
         graph_seq: source.graph_seq,
         exploration: exploration(&evaluated.exploration),
         candidates: evaluated.candidates.iter().map(|known| candidate(known, request.full)).collect(),
         timing: Timing::default(),
-    })
+    }
 }
 
 /// `rpc/graph`.
-///
-/// # Errors
-/// [`StateError::Singular`] if a marginal cannot be computed.
-pub fn graph(source: &Source, from: u64, marginals: bool) -> Result<GraphReply, StateError> {
-    let Settled { snapshot, smoother } = source.view.settled()?;
-    let covariances = if marginals && !snapshot.keyframes.is_empty() {
-        smoother.elimination().marginals()
-    } else {
-        Vec::new()
-    };
-    let nodes = snapshot.keyframes.iter().zip(0_u32..).filter(|(keyframe, _)| keyframe.id >= from);
-    let mut keyframes: Vec<GraphKeyframe> = nodes
-        .map(|(keyframe, node)| GraphKeyframe {
-            id: keyframe.id,
-            pose: wire_pose(&smoother.estimate(pdn_kernel::Node(node))),
-            linearization: wire_pose(&keyframe.world_from_body),
-            local_saliency: keyframe.saliency.local,
-            global_saliency: keyframe.saliency.global,
-            covariance: covariances.get(node as usize).map(wire_covariance),
-        })
-        .collect();
-    keyframes.sort_by_key(|keyframe| keyframe.id);
-    Ok(GraphReply {
+pub fn graph(source: &Source, graph: Graph) -> GraphReply {
+    let keyframes = graph.keyframes.iter().map(|keyframe| GraphKeyframe {
+        id: keyframe.id,
+        pose: wire_pose(&keyframe.estimate),
+        linearization: wire_pose(&keyframe.linearization),
+        local_saliency: keyframe.saliency.local,
+        global_saliency: keyframe.saliency.global,
+        covariance: keyframe.covariance.as_ref().map(wire_covariance),
+    });
+    GraphReply {
         mission: source.mission.clone(),
         graph_seq: source.graph_seq,
-        keyframes,
-        factors: source.view.factors.iter().map(|(kind, count)| (kind.to_string(), *count)).collect(),
-        chi2: smoother.chi2().map_err(|error| source.view.told(error))?,
-    })
+        keyframes: keyframes.collect(),
+        factors: graph.factors.into_iter().map(|(kind, count)| (kind.to_string(), count)).collect(),
+        chi2: graph.chi2,
+    }
 }
 
 /// `rpc/waypoints`.
-///
-/// # Errors
-/// [`StateError::Singular`] if a marginal cannot be computed.
-pub fn waypoints(source: &Source) -> Result<WaypointsReply, StateError> {
-    let found =
-        domain::waypoints(&source.view.settled()?.snapshot).map_err(|error| source.view.told(error))?;
-    let told = found.iter().map(|waypoint| Waypoint {
+pub fn waypoints(source: &Source, found: &[domain::Waypoint]) -> WaypointsReply {
+    let waypoints = found.iter().map(|waypoint| Waypoint {
         keyframe: waypoint.keyframe,
         pose: wire_pose(&waypoint.pose),
         marginal_uncertainty: waypoint.marginal_uncertainty,
         score: waypoint.score,
-        members: waypoint.members.clone(),
         one_way_m: waypoint.route.as_ref().map(|route| route.one_way_m),
+        members: waypoint.members.clone(),
         candidate: waypoint.candidate,
     });
-    Ok(WaypointsReply {
+    WaypointsReply {
         mission: source.mission.clone(),
         graph_seq: source.graph_seq,
-        waypoints: told.collect(),
-    })
+        waypoints: waypoints.collect(),
+    }
 }
 
 /// `rpc/coverage`.
@@ -175,11 +119,6 @@ pub fn coverage(
     }
 }
 
-/// The table of P_L that an answer rests on.
-pub fn link_model_of(source: &Source) -> LinkModelReply {
-    link_model(source.mission.clone(), source.graph_seq, source.view.link_model())
-}
-
 /// `rpc/link_model`.
 pub fn link_model(mission: String, graph_seq: u64, model: &domain::LinkModel) -> LinkModelReply {
     let cells = model.cells().into_iter().map(|bin| LinkBin {
@@ -192,13 +131,9 @@ pub fn link_model(mission: String, graph_seq: u64, model: &domain::LinkModel) ->
     LinkModelReply { mission, graph_seq, bins: model.bins() as u32, cells: cells.collect() }
 }
 
-/// The robot of a mission's state: at the estimate.
-pub fn robot_now(robot: &RobotNow) -> Robot {
-    Robot {
-        keyframe: robot.keyframe,
-        pose: wire_pose(&robot.pose),
-        covariance: wire_covariance(&robot.covariance),
-    }
+/// The newest keyframe.
+pub fn robot(keyframe: u64, pose: &Pose, covariance: &Matrix6<f64>) -> Robot {
+    Robot { keyframe, pose: wire_pose(pose), covariance: wire_covariance(covariance) }
 }
 
 /// The allowance that a question weighs by, to the digit as it was given.

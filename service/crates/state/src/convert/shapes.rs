@@ -1,14 +1,12 @@
 //! Poses, rotations, directions and covariances.
 
-use super::error::kernel;
 use crate::error::StateError;
+use crate::error::translate::kernel;
+use crate::limits::UNIT_TOLERANCE;
 use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, Translation3, UnitQuaternion, Vector3};
 use pdn_kernel::gaussian;
 use pdn_kernel::se3::Pose;
 use pdn_schemas::shared::{Covariance6, Pose as WirePose};
-
-/// How far the norm of a quaternion or direction may be from 1; within it the value is normalised.
-pub const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// No coordinate of the world lies farther from its origin, m: beyond it a double resolves no nanometre.
 pub const MAX_COORDINATE_M: f64 = 1e7;
@@ -16,6 +14,14 @@ pub const MAX_COORDINATE_M: f64 = 1e7;
 /// Refuses what is infinite or not a number.
 pub fn finite(field: &str, value: f64) -> Result<f64, StateError> {
     if value.is_finite() { Ok(value) } else { Err(StateError::NotFinite { field: field.to_string(), value }) }
+}
+
+/// Refuses a list with an element that is infinite or not a number.
+pub fn all_finite(field: &str, values: &[f64]) -> Result<(), StateError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(index) => finite(&format!("{field}[{index}]"), values[index]).map(drop),
+        None => Ok(()),
+    }
 }
 
 /// Refuses what is not finite, or not in a range that `holds` tests and `range` names.
@@ -54,9 +60,9 @@ pub fn invalid(field: &str, problem: String) -> StateError {
 
 /// A place or displacement, m.
 pub fn point(field: &str, values: &[f64; 3]) -> Result<Vector3<f64>, StateError> {
-    for (index, value) in values.iter().enumerate() {
-        let holds = value.abs() <= MAX_COORDINATE_M;
-        within(&format!("{field}[{index}]"), *value, "in [-1e7, 1e7] m", holds)?;
+    let holds = |value: &f64| value.abs() <= MAX_COORDINATE_M;
+    if let Some(index) = values.iter().position(|value| !holds(value)) {
+        within(&format!("{field}[{index}]"), values[index], "in [-1e7, 1e7] m", false)?;
     }
     Ok(Vector3::from(*values))
 }
@@ -83,9 +89,7 @@ pub fn pose(field: &str, pose: &WirePose) -> Result<Pose, StateError> {
 
 /// A covariance given row by row: finite, symmetric, positive definite.
 pub fn covariance<const D: usize>(field: &str, values: &[f64]) -> Result<SMatrix<f64, D, D>, StateError> {
-    for (index, value) in values.iter().enumerate() {
-        finite(&format!("{field}[{index}]"), *value)?;
-    }
+    all_finite(field, values)?;
     let covariance = SMatrix::<f64, D, D>::from_row_slice(values);
     gaussian::validate(&covariance).map_err(|error| kernel(field, error))?;
     Ok(covariance)
@@ -106,9 +110,7 @@ pub fn wire_covariance(covariance: &Matrix6<f64>) -> Covariance6 {
 }
 
 fn unit_norm(field: &str, values: &[f64]) -> Result<(), StateError> {
-    for (index, value) in values.iter().enumerate() {
-        finite(&format!("{field}[{index}]"), *value)?;
-    }
+    all_finite(field, values)?;
     let norm = values.iter().map(|value| value * value).sum::<f64>().sqrt();
     if (norm - 1.0).abs() > UNIT_TOLERANCE {
         return Err(StateError::NotUnit { field: field.to_string(), norm, tolerance: UNIT_TOLERANCE });

@@ -44,7 +44,8 @@ pub enum JournalError {
     },
     /// The file has another format.
     #[error(
-        "it has format {found} and this version reads format {expected}; read it with {software}, which wrote it"
+        "it has format {found} and this version reads format {expected}; read it with {software}, which \
+         wrote it"
     )]
     Format {
         /// The file's.
@@ -56,7 +57,8 @@ pub enum JournalError {
     },
     /// A message or record in it has another layout.
     #[error(
-        "{schema} has another layout in it ({found:016x}, here {expected:016x}); read it with {software}, which wrote it"
+        "{schema} has another layout in it ({found:016x}, here {expected:016x}); read it with {software}, \
+         which wrote it"
     )]
     Layout {
         /// The message or record.

@@ -1,4 +1,5 @@
-//! Which file is whose: `<root>/<vehicle>/<ordinal>-<mission>.redb`, each made whole under another name first.
+//! Which file is whose: `<root>/<vehicle>/<ordinal>-<mission>.redb`, each made whole under another name
+//! first.
 
 use crate::history::Record;
 use crate::journal::error::JournalError;
@@ -26,7 +27,7 @@ const CHECKPOINT: &str = "checkpoint";
 
 /// A journal that is kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct JournalFile {
     /// Number of the mission among those of its vehicle.
     pub ordinal: u64,
     /// Id of the mission.
@@ -35,11 +36,11 @@ pub struct Kept {
     pub path: PathBuf,
 }
 
-impl Kept {
-    fn named(directory: &Path, name: &str) -> Option<Kept> {
+impl JournalFile {
+    fn named(directory: &Path, name: &str) -> Option<JournalFile> {
         let (ordinal, mission) = name.strip_suffix(EXTENSION)?.strip_suffix('.')?.split_once('-')?;
         let mission = MissionId::new(mission).ok()?.to_string();
-        Some(Kept { ordinal: ordinal.parse().ok()?, mission, path: directory.join(name) })
+        Some(JournalFile { ordinal: ordinal.parse().ok()?, mission, path: directory.join(name) })
     }
 }
 
@@ -69,18 +70,18 @@ impl Journals {
     ///
     /// # Errors
     /// What the disk says.
-    pub fn missions(&self, vehicle: &str) -> Result<Vec<Kept>, JournalError> {
+    pub fn missions(&self, vehicle: &str) -> Result<Vec<JournalFile>, JournalError> {
         let directory = self.root.join(vehicle);
-        let mut kept: Vec<Kept> = Vec::new();
+        let mut found: Vec<JournalFile> = Vec::new();
         for name in names(&directory)? {
-            kept.extend(Kept::named(&directory, &name));
+            found.extend(JournalFile::named(&directory, &name));
         }
-        kept.sort_by(|one, other| (one.ordinal, &one.mission).cmp(&(other.ordinal, &other.mission)));
-        Ok(kept)
+        found.sort_by(|one, other| (one.ordinal, &one.mission).cmp(&(other.ordinal, &other.mission)));
+        Ok(found)
     }
 
-    /// Removes what an earlier process had begun to make for a vehicle when it ended. Nobody may be making any: a daemon
-    /// does it once, at its start, when it has the directory to itself.
+    /// Removes what an earlier process had begun to make for a vehicle when it ended. Nobody may be making
+    /// any: a daemon does it once, at its start, when it has the directory to itself.
     ///
     /// # Errors
     /// What the disk says.

@@ -96,8 +96,8 @@ impl<'a> Frame<'a> {
     /// The record in it.
     ///
     /// # Errors
-    /// [`JournalError::Layout`] if it was written by other layouts than this version's; [`JournalError::Damaged`] for a
-    /// kind that this format has not.
+    /// [`JournalError::Layout`] if it was written by other layouts than this version's;
+    /// [`JournalError::Damaged`] for a kind that this format has not.
     pub(crate) fn record(&self) -> Result<Record, JournalError> {
         if self.layouts != layouts() {
             return Err(JournalError::Layout {

@@ -1,15 +1,15 @@
 //! The durable record of a mission: a file to which records are added and never changed.
 //!
-//! Reading order: [`error`] (what can become of a journal), `frame` (a record with what it needs to be found and
-//! judged alone), `header` (what the file says of itself), here the tables that hold the frames, `scan` (frames
-//! without tables), `salvage` (what is left of a damaged file), `overlay` (reading without a trace), [`files`]
-//! (which file is whose).
+//! Reading order: [`error`] (what can become of a journal), `frame` (a record with what it needs to be found
+//! and judged alone), `header` (what the file says of itself), here the tables that hold the frames, `scan`
+//! (frames without tables), `salvage` (what is left of a damaged file), `overlay` (reading without a trace),
+//! [`files`] (which file is whose).
 //!
 //! The tables are redb's: a tree of pages that are copied, never overwritten, with a checksum each, and two
-//! alternating roots. A commit writes pages and root, syncs, makes the root the valid one, and syncs again; so a
-//! root that is valid is whole, and whatever else is found was never acknowledged. The checksums are read when the
-//! file is opened. A frame has its own CRC and that of the frame before it: a record is what was written, and comes
-//! after what it came after.
+//! alternating roots. A commit writes pages and root, syncs, makes the root the valid one, and syncs again;
+//! so a root that is valid is whole, and whatever else is found was never acknowledged. The checksums are
+//! read when the file is opened. A frame has its own CRC and that of the frame before it: a record is what
+//! was written, and comes after what it came after.
 
 pub mod error;
 mod frame;
@@ -80,8 +80,9 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Opens a journal to go on with it. Every page is compared with its checksum before anything is written, and
-    /// records that a crash left written but not committed are taken over if they are whole and follow on the last.
+    /// Opens a journal to go on with it. Every page is compared with its checksum before anything is written,
+    /// and records that a crash left written but not committed are taken over if they are whole and follow on
+    /// the last.
     ///
     /// # Errors
     /// Each outcome by its name; a storage that is not whole is left as it is.
@@ -130,8 +131,8 @@ impl Journal {
     /// Adds records, at most [`MAX_GROUP_RECORDS`]; all are durable when this returns.
     ///
     /// # Errors
-    /// What the disk says. How many of the records are in the journal is then only known after it has been opened
-    /// anew, and until then nothing can be added.
+    /// What the disk says. How many of the records are in the journal is then only known after it has been
+    /// opened anew, and until then nothing can be added.
     pub fn append(&mut self, records: &[Record]) -> Result<(), JournalError> {
         self.commit(records, false)
     }
@@ -152,7 +153,8 @@ impl Journal {
         })
     }
 
-    /// CRC of the record before this one, by which what belongs to the journal up to there is known; 0 before the first.
+    /// CRC of the record before this one, by which what belongs to the journal up to there is known; 0 before
+    /// the first.
     ///
     /// # Errors
     /// [`JournalError::Damaged`] if the record before is not in it or not whole, and what the disk says.
@@ -237,8 +239,8 @@ impl Iterator for Records {
     }
 }
 
-/// Files that were damaged from outside are found out by checksums; should one make the tables stumble before that,
-/// it is damaged as well.
+/// Files that were damaged from outside are found out by checksums; should one make the tables stumble before
+/// that, it is damaged as well.
 fn guarded<T>(act: impl FnOnce() -> Result<T, JournalError>) -> Result<T, JournalError> {
     catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|_| {
         Err(JournalError::Damaged { record: None, what: "its tables do not hold together".to_owned() })
@@ -273,8 +275,8 @@ fn whole(bytes: &[u8], identity: u64, number: u64) -> Result<Frame<'_>, JournalE
     Ok(frame)
 }
 
-/// The records that lie in the storage outside of the tables and follow on the last one, one on the other; of several
-/// in one place those of the latest opening.
+/// The records that lie in the storage outside of the tables and follow on the last one, one on the other; of
+/// several in one place those of the latest opening.
 fn uncommitted(
     storage: &dyn StorageBackend,
     identity: u64,

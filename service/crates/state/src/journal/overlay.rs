@@ -1,7 +1,7 @@
 //! Storage that is looked at and never changed: what would be written to it stays in memory.
 //!
-//! The tables of a journal that was left by a crash are put in order when they are opened. Whoever only reads, perhaps
-//! from a disk that is evidence, must leave no trace; and whoever goes on looks first.
+//! The tables of a journal that was left by a crash are put in order when they are opened. Whoever only
+//! reads, perhaps from a disk that is evidence, must leave no trace; and whoever goes on looks first.
 
 use redb::StorageBackend;
 use std::collections::BTreeMap;
@@ -124,7 +124,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-        /// Whatever is done, the view is as memory with the same content would be, and what lies below as it was.
+        /// Whatever is done, the view is as memory with the same content would be, and what lies below as it
+        /// was.
         #[test]
         fn a_view_is_like_memory_and_leaves_what_is_below(
             length in 0_usize..12_000,

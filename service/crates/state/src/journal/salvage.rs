@@ -36,8 +36,8 @@ impl Salvage {
     /// Looks for records in the bytes of the file, whatever its tables say. The file is only read.
     ///
     /// # Errors
-    /// [`JournalError::Foreign`] if there is no first record; [`JournalError::Damaged`] if there are several, of
-    /// which none is the file's by anything but a guess; what the disk says.
+    /// [`JournalError::Foreign`] if there is no first record; [`JournalError::Damaged`] if there are several,
+    /// of which none is the file's by anything but a guess; what the disk says.
     pub fn find(storage: &dyn StorageBackend) -> Result<Salvage, JournalError> {
         let identity = the_only_journal(storage)?;
         let mut all: BTreeMap<u64, Vec<Found>> = BTreeMap::new();

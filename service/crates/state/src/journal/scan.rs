@@ -1,10 +1,10 @@
-//! Frames found in the bytes of a file, whatever the tables in it say: what is left of a damaged journal, and what a
-//! crash left between written and committed.
+//! Frames found in the bytes of a file, whatever the tables in it say: what is left of a damaged journal, and
+//! what a crash left between written and committed.
 //!
-//! A page of the tree is copied whenever a record is added beside others, so a record is found several times, with
-//! the same bytes. Within a whole frame nothing is looked for: what a payload carries is no frame. Payloads that were
-//! overwritten in part may show what a sender has put into them, and a sender may mean harm; but no sender knows the
-//! journal's identity.
+//! A page of the tree is copied whenever a record is added beside others, so a record is found several times,
+//! with the same bytes. Within a whole frame nothing is looked for: what a payload carries is no frame.
+//! Payloads that were overwritten in part may show what a sender has put into them, and a sender may mean
+//! harm; but no sender knows the journal's identity.
 
 use crate::journal::error::JournalError;
 use crate::journal::frame::{Frame, HEAD_BYTES, MAGIC, length};
@@ -15,8 +15,8 @@ use std::io;
 /// Bytes that are read at once.
 const WINDOW_BYTES: usize = 4 << 20;
 
-/// Bytes that heads without a whole frame may make one read in vain, as a multiple of the file's length. Only a file
-/// made to hurt comes near it.
+/// Bytes that heads without a whole frame may make one read in vain, as a multiple of the file's length. Only
+/// a file made to hurt comes near it.
 const MAX_VAIN_SHARE: u64 = 64;
 
 /// Shows every whole frame with its offset to the visitor: those of the journal of that identity, or of any.

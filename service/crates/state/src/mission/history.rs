@@ -1,14 +1,14 @@
-//! What changes a mission, lived through once and noted in its history, or relived from there.
+//! What changes a mission, as it happens and noted in its history, or replayed from there.
 
-use super::{GroupStart, Mission};
+use super::{GroupStart, Mission, encode};
 use crate::answer::DecisionOutcome;
 use crate::checkpoint::Checkpoint;
 use crate::error::StateError;
 use crate::event::Event;
 use crate::history::{Entry, Record, SOFTWARE};
-use crate::ingest::Arrival;
+use crate::ingest::{Arrival, Room};
 use crate::lifecycle::{self, Operation};
-use crate::offered::Refusal;
+use crate::outcome::Refusal;
 use pdn_schemas::problem::{Code, Problem};
 use pdn_schemas::record::{CommandTaken, Configured, DecisionTaken, Reopened};
 use pdn_schemas::reply::{Action, Decision, Phase, Timing};
@@ -16,34 +16,34 @@ use pdn_schemas::reply::{Action, Decision, Phase, Timing};
 impl Mission {
     /// Records of its history so far.
     pub fn records(&self) -> u64 {
-        self.chronicle.records()
+        self.log.records()
     }
 
     /// From now on its history is kept, `configured` being the last record so far.
     pub(crate) fn keep_history(&mut self, configured: Configured) -> Result<(), StateError> {
         let before = self.records() - 1;
-        self.chronicle.keep(before);
-        self.chronicle.add(&Entry::Configured(Box::new(configured)))
+        self.log.keep(before);
+        self.log.add(&Entry::Configured(Box::new(configured)))
     }
 
     /// From now on its history is kept again, all of it so far being durable.
     pub(crate) fn go_on(&mut self) {
-        self.chronicle.keep(self.records());
-        self.chronicle.settle(self.next_seq());
+        self.log.keep(self.records());
+        self.log.mark_durable(self.next_seq());
     }
 
     /// What of its history is still to be written; from now on it is the caller's.
     pub(crate) fn take_unwritten(&mut self) -> Vec<Record> {
-        self.chronicle.take_unwritten()
+        self.log.take_unwritten()
     }
 
     /// Every event below is durable.
     pub fn set_durable(&mut self, durable_seq: u64) {
-        self.chronicle.settle(durable_seq);
+        self.log.mark_durable(durable_seq);
     }
 
-    /// Numbers, counts and notes a decision, in the order of the calls; a what-if stays without a number. `timing` is
-    /// told with it.
+    /// Numbers, counts and notes a decision, in the order of the calls; a what-if stays without a number.
+    /// `timing` is told with it.
     ///
     /// # Errors
     /// [`StateError::Internal`] if it is too large to be recorded; nothing has changed then.
@@ -54,7 +54,7 @@ impl Mission {
             return Ok(decision);
         }
         decision.decision = Some(self.decisions);
-        self.chronicle.push(|| {
+        self.log.push(|| {
             let decision = Decision { link_model: Some(link_model), ..decision.clone() };
             let (full, choice_only) = (request.full, request.choice_only);
             let taken = DecisionTaken { basis, full, choice_only, software: SOFTWARE.to_owned(), decision };
@@ -72,40 +72,45 @@ impl Mission {
     ) -> Result<(), StateError> {
         self.obey(operation, reason, at_ns)?;
         let (operation, reason) = (operation.name().to_owned(), reason.to_owned());
-        self.chronicle.add(&Entry::Command(CommandTaken { operation, reason, at_ns }))
+        self.log.add(&Entry::Command(CommandTaken { operation, reason, at_ns }))
     }
 
     /// The daemon was started anew: what was under way is held until someone resumes.
     pub(crate) fn reopen(&mut self, at_ns: u64) -> Result<(), StateError> {
         let reopened = Reopened { at_ns, software: SOFTWARE.to_owned() };
         self.hold_after_restart(&reopened);
-        self.chronicle.add(&Entry::Reopened(reopened))
+        self.log.add(&Entry::Reopened(reopened))
     }
 
     pub(super) fn note_refused(&mut self, refused: &[Refusal]) {
         for refusal in refused {
             // A problem is two short texts and a number, which can always be written.
-            let _ = self.chronicle.add(&Entry::Refused(refusal.problem()));
+            let _ = self.log.add(&Entry::Refused(refusal.problem()));
         }
     }
 
+    /// Notes an event that was refused without consuming its number; not for want of room, which will come
+    /// again.
     pub(super) fn note_turned_away(&mut self, refusal: &Refusal) {
-        let _ = self.chronicle.turn_away(&Entry::TurnedAway(refusal.problem()));
+        if refusal.error.code() == Code::Overloaded {
+            return;
+        }
+        let _ = self.log.turn_away(&Entry::TurnedAway(refusal.problem()));
     }
 
     /// From now on nothing of its history is solved for, until it is at the checkpoint.
-    pub(crate) fn hurry(&mut self) {
-        self.relived = Some(Box::default());
+    pub(crate) fn begin_fast_forward(&mut self) {
+        self.forward = Some(Box::default());
     }
 
-    /// Arrives at a checkpoint, whose event is the last that was relived.
+    /// Arrives at a checkpoint, whose event is the last that was read.
     ///
     /// # Errors
     /// Why it cannot be a checkpoint of this history.
-    pub(crate) fn arrive(&mut self, checkpoint: Checkpoint) -> Result<(), String> {
-        let Checkpoint { record, rejected, kept } = checkpoint;
-        let relived = self.relived.take().ok_or("it comes too late")?;
-        if let [refusal, ..] = self.fold.take_up(*relived, kept)?.as_slice() {
+    pub(crate) fn finish_fast_forward(&mut self, checkpoint: Checkpoint) -> Result<(), String> {
+        let Checkpoint { record, rejected, solved } = checkpoint;
+        let forward = self.forward.take().ok_or("it comes too late")?;
+        if let [refusal, ..] = self.fold.finish_fast_forward(*forward, solved)?.as_slice() {
             return Err(format!("its event {} is refused", refusal.seq));
         }
         self.rejected = rejected;
@@ -117,10 +122,10 @@ impl Mission {
     ///
     /// # Errors
     /// Why the mission cannot have had this history.
-    pub(crate) fn relive(&mut self, entry: Entry) -> Result<Vec<Problem>, StateError> {
+    pub(crate) fn replay(&mut self, entry: Entry) -> Result<Vec<Problem>, StateError> {
         let kind = entry.kind();
         let refused = match entry {
-            Entry::Event(event) => self.relive_event(event)?,
+            Entry::Event(event) => self.replay_event(event)?,
             Entry::Command(taken) => {
                 let named = Operation::named(&taken.operation);
                 let operation = named.ok_or_else(|| impossible(&format!("op/{}", taken.operation)))?;
@@ -141,18 +146,18 @@ impl Mission {
                 if let (Some(seq), Some(code)) = (problem.seq, Code::from_name(&problem.code)) {
                     self.note_contradiction(seq, code);
                 }
-                if let (Some(relived), Some(seq)) = (&mut self.relived, problem.seq) {
-                    relived.refuse(seq);
+                if let (Some(forward), Some(seq)) = (&mut self.forward, problem.seq) {
+                    forward.refuse(seq);
                 }
                 Vec::new()
             }
             Entry::TurnedAway(_) => Vec::new(),
         };
-        self.chronicle.skip(kind);
+        self.log.skip(kind);
         Ok(refused)
     }
 
-    fn relive_event(&mut self, event: Event) -> Result<Vec<Problem>, StateError> {
+    fn replay_event(&mut self, event: Event) -> Result<Vec<Problem>, StateError> {
         if event.mission() != self.id() {
             return Err(impossible(&format!("an event of mission \"{}\"", event.mission())));
         }
@@ -160,10 +165,11 @@ impl Mission {
             return Err(impossible("an event after its end"));
         }
         let (seq, next_seq) = (event.seq(), self.next_seq());
-        match self.ingest.take(event, 0, self.limits.max_events)? {
+        let room = Room { buffered: 0, ..self.room() };
+        match self.ingest.take(encode(event)?, 0, room)? {
             Arrival::Due(mut due) if due.len() == 1 => {
                 let record = self.records();
-                let refused = due.pop().map(|event| self.consume(event, record)).unwrap_or_default();
+                let refused = due.pop().map(|event| self.consume(event.event, record)).unwrap_or_default();
                 Ok(refused.iter().map(Refusal::problem).collect())
             }
             _ => Err(impossible(&format!("event {seq} where {next_seq} is the next"))),
@@ -179,7 +185,7 @@ impl Mission {
                 limit: self.limits.max_reason_bytes as u64,
             });
         }
-        self.phase = lifecycle::transition(self.phase, operation)?;
+        self.phase = lifecycle::transition(self.phase, operation).map_err(StateError::IllegalTransition)?;
         let by_itself = || format!("{} by \"{}\"", lifecycle::name(self.phase), operation.name());
         self.reason = if reason.is_empty() { by_itself() } else { reason.to_string() };
         self.since_ns = at_ns;

@@ -1,24 +1,9 @@
 //! The missions of earlier runs, taken up from their journals.
 
 use super::Vehicle;
-use crate::error::StateError;
-use crate::journal::JournalError;
+use crate::error::{Absence, StateError};
 use crate::lifecycle::{self, Operation};
 use crate::mission::Mission;
-
-/// Why a mission that has a journal is not served.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Absence {
-    /// Its journal is still to be read.
-    Reading,
-    /// Its journal cannot be read.
-    Unreadable {
-        /// The file.
-        file: String,
-        /// Why.
-        error: JournalError,
-    },
-}
 
 impl Vehicle {
     /// Notes a mission of an earlier run and why it is not served; the one with the greatest ordinal is the
@@ -38,8 +23,8 @@ impl Vehicle {
         self.next_ordinal = self.next_ordinal.max(ordinal + 1);
     }
 
-    /// Takes up a mission that was absent. If it is the current one and under way, it is held until someone resumes;
-    /// one that had not ended before its successor was configured is aborted.
+    /// Takes up a mission that was absent. If it is the current one and under way, it is held until someone
+    /// resumes; one that had not ended before its successor was configured is aborted.
     ///
     /// # Errors
     /// [`StateError::Internal`] if its history cannot be noted.

@@ -1,17 +1,17 @@
-//! A mission that is kept: its records in the groups in which a daemon would write them.
+//! A mission that is kept in a journal: its records in the groups in which a daemon would write them.
 
-use super::{bits, config, mission, pool, script};
+use super::{SENT_BYTES, bits, config, mission, pool, script};
 use pdn_schemas::reply::{Decision, Timing};
 use pdn_state::{DecisionRequest, Event, Limits, Operation, Record, Vehicle};
 
 /// What a daemon would have written, group by group, and what it would have answered.
-pub struct Kept {
+pub struct JournaledMission {
     pub groups: Vec<Vec<Record>>,
     pub decisions: Vec<Decision>,
     pub vehicle: Vehicle,
 }
 
-impl Kept {
+impl JournaledMission {
     pub fn records(&self) -> Vec<Record> {
         self.groups.iter().flatten().cloned().collect()
     }
@@ -30,23 +30,26 @@ pub fn unwritten(vehicle: &mut Vehicle) -> Vec<Record> {
     vehicle.take_unwritten().into_iter().flat_map(|unwritten| unwritten.records).collect()
 }
 
-/// The small mission with decisions every `ask_every` events, refusals, a pause, and in groups of at most `group`
-/// records. It is not ended.
-pub fn kept(ask_every: usize, group: usize) -> Kept {
+/// The small mission with decisions every `ask_every` events, refusals, a pause, and in groups of at most
+/// `group` records. It is not ended.
+pub fn journaled(ask_every: usize, group: usize) -> JournaledMission {
     let (mut vehicle, first) = begun();
-    let mut kept =
-        Kept { groups: vec![first], decisions: Vec::new(), vehicle: Vehicle::new(Limits::default()) };
-    command(&mut kept, &mut vehicle, Operation::Start);
+    let mut journaled = JournaledMission {
+        groups: vec![first],
+        decisions: Vec::new(),
+        vehicle: Vehicle::new(Limits::default()),
+    };
+    command(&mut journaled, &mut vehicle, Operation::Start);
     let pool = pool(1);
     let mut open = Vec::new();
     for (index, event) in script("m").events.into_iter().enumerate() {
-        vehicle.offer(event.clone());
+        vehicle.offer(event.clone(), SENT_BYTES);
         if index % 40 == 7 {
-            vehicle.offer(spoilt(&event)); // turned away: the same number with other content
+            vehicle.offer(spoilt(&event), SENT_BYTES); // turned away: the same number with other content
         }
         open.extend(unwritten(&mut vehicle));
         if open.len() >= group {
-            kept.groups.push(std::mem::take(&mut open));
+            journaled.groups.push(std::mem::take(&mut open));
         }
         if index % ask_every == ask_every - 1 {
             let job = mission(&mut vehicle)
@@ -54,25 +57,25 @@ pub fn kept(ask_every: usize, group: usize) -> Kept {
             let outcome = job.expect("the mission runs").run(&pool, &|| false).expect("a decision");
             let timing = Timing { total_ms: index as f64, ..Timing::default() };
             let decision = mission(&mut vehicle).record(outcome, timing).expect("small enough");
-            kept.decisions.push(decision);
+            journaled.decisions.push(decision);
             open.extend(unwritten(&mut vehicle));
-            kept.groups.push(std::mem::take(&mut open));
+            journaled.groups.push(std::mem::take(&mut open));
         }
         if index == 50 {
-            kept.groups.push(std::mem::take(&mut open));
-            command(&mut kept, &mut vehicle, Operation::Pause);
-            command(&mut kept, &mut vehicle, Operation::Resume);
+            journaled.groups.push(std::mem::take(&mut open));
+            command(&mut journaled, &mut vehicle, Operation::Pause);
+            command(&mut journaled, &mut vehicle, Operation::Resume);
         }
     }
-    kept.groups.push(open);
-    kept.groups.retain(|group| !group.is_empty());
-    kept.vehicle = vehicle;
-    kept
+    journaled.groups.push(open);
+    journaled.groups.retain(|group| !group.is_empty());
+    journaled.vehicle = vehicle;
+    journaled
 }
 
-fn command(kept: &mut Kept, vehicle: &mut Vehicle, operation: Operation) {
+fn command(journaled: &mut JournaledMission, vehicle: &mut Vehicle, operation: Operation) {
     vehicle.command(None, operation, "a test", 2).expect("a legal path");
-    kept.groups.push(unwritten(vehicle));
+    journaled.groups.push(unwritten(vehicle));
 }
 
 /// Another event of the same number.

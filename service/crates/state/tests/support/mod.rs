@@ -1,4 +1,5 @@
-//! A small mission over a flat sea floor, made of messages only: three lines of keyframes, photographed straight down.
+//! A small mission over a flat sea floor, made of messages only: three lines of keyframes, photographed
+//! straight down.
 
 #![allow(dead_code)] // each test file uses its part
 
@@ -11,10 +12,14 @@ use pdn_schemas::event::{Appearance, Factor, FactorKind, Keyframe, LinkOutcome};
 use pdn_schemas::shared::{Covariance6, Pose};
 use pdn_state::{DecisionRequest, Event, Limits, Mission, Operation, Vehicle};
 
+/// Bytes as sent of an event; only the bound of what waits looks at them.
+pub const SENT_BYTES: usize = 100;
+
 pub const LINES: u64 = 3;
 pub const PER_LINE: u64 = 8;
 
-/// One facet of 6 m by 4 m at 10 m depth, seen from above; every other field has its default but the revisit's length.
+/// One facet of 6 m by 4 m at 10 m depth, seen from above; every other field has its default but the
+/// revisit's length.
 pub fn config(mission: &str) -> MissionConfig {
     let facet = Facet {
         origin: [-1.0, -1.0, 10.0],
@@ -135,7 +140,8 @@ impl Script {
         self.factor(factor);
     }
 
-    /// A registration: the camera looks down with the image's top forward, so its x is east and its y is south.
+    /// A registration: the camera looks down with the image's top forward, so its x is east and its y is
+    /// south.
     pub fn camera(&mut self, from: u64, to: u64) {
         let (before, after) = (place(from), place(to));
         let north = after[0] - before[0] + 0.004 * noise(3000 + to);
@@ -151,8 +157,8 @@ impl Script {
 
     pub fn offer_all(&self, vehicle: &mut Vehicle) {
         for event in &self.events {
-            let offered = vehicle.offer(event.clone());
-            assert_eq!(offered.refused, vec![], "event {}", event.seq());
+            let outcome = vehicle.offer(event.clone(), SENT_BYTES);
+            assert_eq!(outcome.refused, vec![], "event {}", event.seq());
         }
     }
 }
@@ -196,8 +202,8 @@ pub fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
 
-/// Everything that a mission tells of its state, as bits: state, graph with marginals, coverage, table of links and a
-/// decision in full.
+/// Everything that a mission tells of its state, as bits: state, graph with marginals, coverage, table of
+/// links and a decision in full.
 pub fn bits(mission: &mut Mission, pool: &rayon::ThreadPool) -> Vec<u8> {
     let mut bits = Vec::new();
     let mut push =

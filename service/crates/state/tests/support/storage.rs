@@ -28,8 +28,8 @@ enum Change {
 }
 
 impl Disk {
-    /// A disk with this content, which loses power at step `power_off_at`: that write or sync, counted from 0, and
-    /// all later ones fail.
+    /// A disk with this content, which loses power at step `power_off_at`: that write or sync, counted from
+    /// 0, and all later ones fail.
     pub fn new(content: Vec<u8>, power_off_at: u64) -> Disk {
         let seen = content.clone();
         let (unsynced, capacity) = (Vec::new(), u64::MAX);
@@ -70,8 +70,8 @@ impl Disk {
         self.with(|state| state.seen.clone())
     }
 
-    /// What is left after the power was lost. `luck` decides which of the changes that were not synced have reached
-    /// the platter, in what order, and which of them only in part: 0 none, 1 all.
+    /// What is left after the power was lost. `luck` decides which of the changes that were not synced have
+    /// reached the platter, in what order, and which of them only in part: 0 none, 1 all.
     pub fn left(&self, luck: u64) -> Vec<u8> {
         self.with(|state| {
             let mut content = state.durable.clone();

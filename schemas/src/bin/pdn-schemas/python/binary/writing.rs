@@ -49,8 +49,8 @@ impl Code<'_> {
     fn flush_writing(&mut self, pending: &mut Pending) {
         let Pending { layout, arguments, arrays } = std::mem::take(pending);
         if !arguments.is_empty() {
-            // `pack` compares the number of all values with the layout: of several arrays, one too long could make
-            // up for one too short.
+            // `pack` compares the number of all values with the layout: of several arrays, one too long could
+            // make up for one too short.
             if let Some((_, others)) = arrays.split_last().filter(|(_, others)| !others.is_empty()) {
                 let wrong = others.iter().map(|(array, size)| format!("len({array}) != {size}"));
                 self.line(&format!("if {}:", wrong.collect::<Vec<_>>().join(" or ")));

@@ -7,11 +7,13 @@ use super::small::{first_vector, tile};
 
 const BLOCK: usize = 6;
 
-/// Covariance of all rows of a front, full, columns [`leading`] apart, from its factor (`rows` x `eliminated.end`, L11 over L21).
+/// Covariance of all rows of a front, full, columns [`leading`] apart, from its factor (`rows` x
+/// `eliminated.end`, L11 over L21).
 ///
-/// On entry the rows and columns of the separator hold its covariance (full). Column by column from the last eliminated
-/// one (Takahashi): with W = L[below, j] L_jj^-1 the covariance is S[below, j] = -S[below, below] W and
-/// S_jj = (L_jj L_jj^T)^-1 - W^T S[below, j]. Rows and columns before `eliminated.start`, whole blocks, are left out. `weights` is scratch.
+/// On entry the rows and columns of the separator hold its covariance (full). Column by column from the last
+/// eliminated one (Takahashi): with W = L[below, j] L_jj^-1 the covariance is S[below, j] = -S[below, below]
+/// W and S_jj = (L_jj L_jj^T)^-1 - W^T S[below, j]. Rows and columns before `eliminated.start`, whole blocks,
+/// are left out. `weights` is scratch.
 pub(in crate::elimination) fn covariance_of_front(
     factor: &[f64],
     rows: usize,

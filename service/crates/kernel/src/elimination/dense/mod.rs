@@ -1,11 +1,11 @@
 //! Partial Cholesky factorisation of one dense front, and what its factor is used for.
 //!
-//! A front is a column-major matrix whose columns are [`leading`] scalars apart, a whole number of vectors, so that a
-//! kernel never meets a remainder. Only the lower triangle is meant; rows past the last, and what lies above the
-//! diagonal, hold finite numbers that nothing reads.
+//! A front is a column-major matrix whose columns are [`leading`] scalars apart, a whole number of vectors,
+//! so that a kernel never meets a remainder. Only the lower triangle is meant; rows past the last, and what
+//! lies above the diagonal, hold finite numbers that nothing reads.
 //!
-//! Small fronts, nearly all of a survey, go through kernels of our own ([`small`]), which lose no time in packing;
-//! large ones through faer ([`large`]).
+//! Small fronts, nearly all of a survey, go through kernels of our own ([`small`]), which lose no time in
+//! packing; large ones through faer ([`large`]).
 
 #![allow(clippy::needless_range_loop, reason = "several arrays share the index, as in the formulas")]
 
@@ -20,7 +20,8 @@ pub(super) use substitution::{backward, forward};
 /// Scalars of the widest vector that a kernel is compiled for.
 const WIDEST: usize = 8;
 
-/// Fronts of more rows that eliminate more than `MANY_FRONTAL` go through faer. Measured: there its packing pays.
+/// Fronts of more rows that eliminate more than `MANY_FRONTAL` go through faer. Measured: there its packing
+/// pays.
 const MANY_ROWS: usize = 480;
 const MANY_FRONTAL: usize = 96;
 
@@ -47,8 +48,8 @@ pub(super) fn is_large(rows: usize, frontal: usize) -> bool {
 
 /// Eliminates the first `frontal` of the `rows` rows of a symmetric matrix, in place.
 ///
-/// Afterwards the first columns hold L11 over L21, and the lower triangle of the rest the update matrix
-/// F22 - L21 L21^T. `original` holds the diagonal entries before any elimination, against which pivots are judged.
+/// Afterwards the first columns hold L11 over L21, and the lower triangle of the rest the update matrix F22 -
+/// L21 L21^T. `original` holds the diagonal entries before any elimination, against which pivots are judged.
 /// `rows` and `frontal` are whole blocks. The error is the first column without a pivot.
 pub(super) fn eliminate(
     matrix: &mut [f64],

@@ -1,7 +1,7 @@
 //! The factorisation of small fronts, block column by block column, in the vectors that the processor has.
 //!
-//! Each entry is the sum of its products in the order of the eliminated columns, by fused multiply-add. So the bits of
-//! a result depend neither on the width of the vectors nor on how a front is cut into tiles.
+//! Each entry is the sum of its products in the order of the eliminated columns, by fused multiply-add. So
+//! the bits of a result depend neither on the width of the vectors nor on how a front is cut into tiles.
 
 use pulp::{Simd, WithSimd};
 
@@ -21,9 +21,9 @@ pub(super) struct Eliminate<'a> {
 impl WithSimd for Eliminate<'_> {
     type Output = Result<(), BadPivot>;
 
-    /// Left-looking: a block column first loses what all eliminated columns before it have to do with it, while its
-    /// tiles stay in registers; then, if it is to be eliminated, its diagonal block is factored and the rows below
-    /// are solved with it.
+    /// Left-looking: a block column first loses what all eliminated columns before it have to do with it,
+    /// while its tiles stay in registers; then, if it is to be eliminated, its diagonal block is factored and
+    /// the rows below are solved with it.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Eliminate { matrix, rows, frontal, original } = self;

@@ -6,16 +6,16 @@ use super::{WIDEST, leading};
 
 const BLOCK: usize = 6;
 
-/// Forward substitution (`factor` is L11 over L21, `rows` x `frontal`): `right[..frontal]` becomes y = L11^-1 b, the rest
-/// loses L21 y. `right` is as long as a column of the factor.
+/// Forward substitution (`factor` is L11 over L21, `rows` x `frontal`): `right[..frontal]` becomes y = L11^-1
+/// b, the rest loses L21 y. `right` is as long as a column of the factor.
 pub(in crate::elimination) fn forward(factor: &[f64], rows: usize, right: &mut [f64]) {
     debug_assert_eq!(right.len(), leading(rows));
     Arch::new().dispatch(Forward { factor, right });
 }
 
 /// Backward substitution: x = L11^-T (y - L21^T x_separator), where `y` has a scalar for each eliminated row.
-/// On entry `solution`, as long as a column of the factor, holds the separator's values and zeros else; on return x before
-/// them.
+/// On entry `solution`, as long as a column of the factor, holds the separator's values and zeros else; on
+/// return x before them.
 pub(in crate::elimination) fn backward(factor: &[f64], rows: usize, y: &[f64], solution: &mut [f64]) {
     debug_assert_eq!(solution.len(), leading(rows));
     Arch::new().dispatch(Backward { factor, y, solution });
@@ -65,8 +65,9 @@ struct Backward<'a> {
 impl WithSimd for Backward<'_> {
     type Output = ();
 
-    /// What is not solved yet is zero, so whole vectors of rows are taken, from the one on in which the first row below the
-    /// pivot block lies. An even number of rows lies before it in that vector, fewer than a block.
+    /// What is not solved yet is zero, so whole vectors of rows are taken, from the one on in which the first
+    /// row below the pivot block lies. An even number of rows lies before it in that vector, fewer than a
+    /// block.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Backward { factor, y, solution } = self;
@@ -98,8 +99,8 @@ fn below(columns: &[f64], leading: usize, row: usize, count: usize) -> [&[f64]; 
     std::array::from_fn(|of| &columns[of * leading + row..][..count])
 }
 
-/// Inner products of six columns with one, whole vectors long, each in as many partial sums as the widest vector has
-/// scalars, whatever the width of the processor's.
+/// Inner products of six columns with one, whole vectors long, each in as many partial sums as the widest
+/// vector has scalars, whatever the width of the processor's.
 #[inline(always)]
 fn inner_products(columns: &[&[f64]; BLOCK], known: &[f64]) -> [f64; BLOCK] {
     let mut sums = [[0.0_f64; WIDEST]; BLOCK];

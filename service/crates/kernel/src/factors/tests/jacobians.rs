@@ -13,9 +13,9 @@ use crate::{Loss, Node, so3};
 const FIRST: Node = Node(0);
 const SECOND: Node = Node(1);
 
-/// The numerical error is some 1e-11 of the values (see `numerical_jacobian`); whitening by covariances whose scaled
-/// condition is below 1e3 mixes rows and a baseline of 0.3 m takes the fourth power of step / baseline to 1e-12. A wrong
-/// term shows at 1e-3 and more.
+/// The numerical error is some 1e-11 of the values (see `numerical_jacobian`); whitening by covariances whose
+/// scaled condition is below 1e3 mixes rows and a baseline of 0.3 m takes the fourth power of step / baseline
+/// to 1e-12. A wrong term shows at 1e-3 and more.
 const TOLERANCE: f64 = 1e-8;
 
 fn at(factor: &Factor, first: &Pose, second: &Pose) -> Linearized {
@@ -38,14 +38,15 @@ fn check(factor: &Factor, first: &Pose, second: &Pose) -> Result<(), String> {
     Ok(())
 }
 
-/// Errors of a measurement: up to 5 m and 2.5 rad, so that the Jacobians of Log matter and its cut at pi is not touched.
+/// Errors of a measurement: up to 5 m and 2.5 rad, so that the Jacobians of Log matter and its cut at pi is
+/// not touched.
 fn errors() -> impl Strategy<Value = Vector6<f64>> {
     (directions(), 0.0..5.0f64, rotation_vectors())
         .prop_map(|(direction, length, phi)| se3::join(&(direction * length), &(phi * (2.5 / PI))))
 }
 
-/// Second camera seen from the first: baselines from 0.3 m, among them exactly along the optical axis and along the
-/// other axes of the image.
+/// Second camera seen from the first: baselines from 0.3 m, among them exactly along the optical axis and
+/// along the other axes of the image.
 fn camera_motions() -> impl Strategy<Value = Pose> {
     (directions(), 0.3..3.0f64, rotation_vectors())
         .prop_map(|(direction, length, phi)| Pose::from_parts((direction * length).into(), so3::exp(&phi)))
@@ -81,8 +82,8 @@ proptest! {
         prop_assert_eq!(check(&factor, &first, &second), Ok(()));
     }
 
-    // A vehicle that goes straight up along a ship's side with its camera to starboard: azimuth and elevation would be
-    // singular where the camera looks along the baseline, and here is nothing special.
+    // A vehicle that goes straight up along a ship's side with its camera to starboard: azimuth and elevation
+    // would be singular where the camera looks along the baseline, and here is nothing special.
     #[test]
     fn camera_of_a_vertical_motion(first in poses(), up in prop_oneof![0.3..3.0f64, -3.0..-0.3f64]) {
         let second = Pose::from_parts(
@@ -99,7 +100,12 @@ proptest! {
     }
 
     #[test]
-    fn attitude(pose in poses(), error in errors(), tilt in 1e-4..1.0f64, heading in prop::option::of(1e-4..1.0f64)) {
+    fn attitude(
+        pose in poses(),
+        error in errors(),
+        tilt in 1e-4..1.0f64,
+        heading in prop::option::of(1e-4..1.0f64),
+    ) {
         let measured = so3::exp(&se3::parts(&error).1) * pose.rotation;
         let factor = Factor::attitude(FIRST, measured, tilt, heading).unwrap();
         prop_assert_eq!(check(&factor, &pose, &pose), Ok(()));
@@ -122,7 +128,8 @@ proptest! {
         prop_assert_eq!((depth.dimension(), position.dimension()), (1, 2));
     }
 
-    // sqrt(w) scales residual and Jacobians alike, so J^T J is w times the information; w is not differentiated.
+    // sqrt(w) scales residual and Jacobians alike, so J^T J is w times the information; w is not
+    // differentiated.
     #[test]
     fn a_loss_scales_by_the_root_of_its_weight(first in poses(), second in poses(), c in 0.1..10.0f64) {
         let identity = Matrix6::identity();
