@@ -2,15 +2,17 @@
 //! variant tags) and JSON. This is the only file that uses `bincode`.
 //!
 //! Reading order: [`encode`] and [`decode`], then `encoding` (the string that names format, message and
-//! layout), `head` (who sent an event whose body cannot be read), `finite` and `error`.
+//! layout, and [`decode_encoded`] by it), [`history`] (what earlier layouts wrote), `head` (who sent an event
+//! whose body cannot be read), `finite` and `error`.
 
 mod encoding;
 mod error;
 mod finite;
 mod head;
+pub mod history;
 
 pub use crate::message::{Bound, Message, MessageVisitor, visit_messages, visit_records};
-pub use encoding::{encoding, format_of};
+pub use encoding::{decode_encoded, encoding, format_of};
 pub use error::CodecError;
 pub use head::{Head, decode_head};
 

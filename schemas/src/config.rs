@@ -52,6 +52,11 @@ pub struct MissionConfig {
     /// Prior on the first keyframe at the pose that its event carries; null if a `prior` factor will come.
     #[serde(default = "FirstKeyframeSigmas::some_default")]
     pub first_keyframe_sigmas: Option<FirstKeyframeSigmas>,
+    /// A measurement of a kind without a robust loss that lies farther than this from what is believed of its
+    /// keyframes is refused as `contradiction`, in standard deviations (Mahalanobis); default 20, null for no
+    /// gate.
+    #[serde(default = "gate_sigmas")]
+    pub gate_sigmas: Option<f64>,
 }
 
 /// The surface to photograph.
@@ -195,6 +200,9 @@ pub struct Planner {
     pub eps_m: f64,
     /// Keyframes within that radius, itself included, that make a core point; default 4.
     pub min_points: u32,
+    /// Greatest distance of a cluster's keyframes from the one that represents it, m; what is farther is
+    /// represented by another. Default null: 24 times the median distance of consecutive keyframes.
+    pub max_cluster_radius_m: Option<f64>,
     /// Greatest distance of two keyframes that the search connects, m; default null: 2.6 times the median
     /// distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths
     /// can only go back the way that the vehicle came.
@@ -227,6 +235,7 @@ impl Default for Planner {
             waypoint_local_saliency: 0.5,
             eps_m: 1.5,
             min_points: 4,
+            max_cluster_radius_m: None,
             edge_radius_m: None,
             sample_spacing_m: None,
             min_revisit_m: 3.0,
@@ -348,6 +357,10 @@ impl Default for FirstKeyframeSigmas {
 
 fn one() -> f64 {
     1.0
+}
+
+fn gate_sigmas() -> Option<f64> {
+    Some(20.0)
 }
 
 fn cell_m() -> f64 {

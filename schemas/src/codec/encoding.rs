@@ -1,7 +1,8 @@
 //! The encoding that a payload carries: it names the format and, for bincode, the message, the version of the
 //! contract and the hash of the message's layout, so that reordered fields are refused, not misread.
 
-use super::{CodecError, Format, Message};
+use super::history::Generation;
+use super::{CodecError, Format, Message, decode};
 use crate::keys::{ROOT, VERSION};
 use crate::registry::layout_hash;
 
@@ -19,7 +20,26 @@ pub fn encoding<T: Message>(format: Format) -> String {
     }
 }
 
-/// The format in which a payload of this encoding carries a `T`. The hash may be missing.
+/// The message of a payload of this encoding, also where an earlier version wrote it.
+///
+/// # Errors
+/// As [`format_of`], but for layouts of earlier generations, and as [`decode`].
+pub fn decode_encoded<T: Message>(bytes: &[u8], encoding: &str) -> Result<T, CodecError> {
+    match format_of::<T>(encoding) {
+        Ok(format) => decode(bytes, format),
+        Err(CodecError::OtherLayout { message, expected, found }) => {
+            let hash = u64::from_str_radix(&found, 16).ok();
+            match hash.and_then(Generation::earlier_with::<T>) {
+                Some(generation) => generation.decode(bytes),
+                None => Err(CodecError::OtherLayout { message, expected, found }),
+            }
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The format in which a payload of this encoding carries a `T` of the present layout. The hash may be
+/// missing.
 ///
 /// # Errors
 /// `schema_mismatch` if the encoding is none of the contract's, or names another message, version or layout.

@@ -457,39 +457,51 @@ _PHASE_TAG = {value: tag for tag, value in enumerate(_PHASE)}
 
 def write_planner(out: bytearray, v: m.Planner) -> None:
     out += _S21.pack(v.waypoint_local_saliency, v.eps_m, v.min_points)
-    x121 = v.edge_radius_m
+    x121 = v.max_cluster_radius_m
     if x121 is None:
         out.append(0)
     else:
         out += _S8.pack(1, x121)
-    x122 = v.sample_spacing_m
+    x122 = v.edge_radius_m
     if x122 is None:
         out.append(0)
     else:
         out += _S8.pack(1, x122)
+    x123 = v.sample_spacing_m
+    if x123 is None:
+        out.append(0)
+    else:
+        out += _S8.pack(1, x123)
     out += _S22.pack(v.min_revisit_m, v.min_baseline_m, v.max_baseline_m, v.max_view_angle_deg, v.max_links, v.swath_m, v.expect_absolute, _CRITERION_TAG[v.criterion])
 
 
 def read_planner(b: bytes, i: int) -> tuple[m.Planner, int]:
-    x123 = _S21.unpack_from(b, i)
+    x124 = _S21.unpack_from(b, i)
     i += 20
-    x125: float | None = None
+    x126: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x126 = _S9.unpack_from(b, i)
+        x127 = _S9.unpack_from(b, i)
         i += 8
-        x125 = x126[0]
-    x129: float | None = None
+        x126 = x127[0]
+    x130: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x130 = _S9.unpack_from(b, i)
+        x131 = _S9.unpack_from(b, i)
         i += 8
-        x129 = x130[0]
-    x128 = _S22.unpack_from(b, i)
+        x130 = x131[0]
+    x134: float | None = None
+    some = flag(b, i)
+    i += 1
+    if some:
+        x135 = _S9.unpack_from(b, i)
+        i += 8
+        x134 = x135[0]
+    x133 = _S22.unpack_from(b, i)
     i += 49
-    return m.Planner(waypoint_local_saliency=x123[0], eps_m=x123[1], min_points=x123[2], edge_radius_m=x125, sample_spacing_m=x129, min_revisit_m=x128[0], min_baseline_m=x128[1], max_baseline_m=x128[2], max_view_angle_deg=x128[3], max_links=x128[4], swath_m=x128[5], expect_absolute=boolean(x128[6]), criterion=one_of("Criterion", _CRITERION, x128[7])), i
+    return m.Planner(waypoint_local_saliency=x124[0], eps_m=x124[1], min_points=x124[2], max_cluster_radius_m=x126, edge_radius_m=x130, sample_spacing_m=x134, min_revisit_m=x133[0], min_baseline_m=x133[1], max_baseline_m=x133[2], max_view_angle_deg=x133[3], max_links=x133[4], swath_m=x133[5], expect_absolute=boolean(x133[6]), criterion=one_of("Criterion", _CRITERION, x133[7])), i
 
 
 _POLICY = (m.Policy.PDN, m.Policy.OPERATOR,)
@@ -498,78 +510,78 @@ _POLICY_TAG = {value: tag for tag, value in enumerate(_POLICY)}
 
 def write_candidate(out: bytearray, v: m.Candidate) -> None:
     out += _S1.pack(v.candidate)
-    x133 = v.keyframe
-    if x133 is None:
+    x138 = v.keyframe
+    if x138 is None:
         out.append(0)
     else:
-        out += _S23.pack(1, x133)
+        out += _S23.pack(1, x138)
     run(out, "Q", v.path)
     out += _S24.pack(v.one_way_m, v.nodes, *v.covariance, v.uncertainty, v.uncertainty_all_links, v.uncertainty_no_links, v.peak_uncertainty, v.redundant_m2, v.area, v.penalty, v.reward)
-    x134 = v.break_even_alpha
-    if x134 is None:
+    x139 = v.break_even_alpha
+    if x139 is None:
         out.append(0)
     else:
-        out += _S8.pack(1, x134)
+        out += _S8.pack(1, x139)
     out += _S9.pack(v.expected_links)
-    x135 = v.poses
-    if x135 is None:
+    x140 = v.poses
+    if x140 is None:
         out.append(0)
     else:
         out += _S12.pack(1)
-        length(out, x135)
-        for x136 in x135:
-            if len(x136.translation) != 3:
+        length(out, x140)
+        for x141 in x140:
+            if len(x141.translation) != 3:
                 raise wrong_sizes()
-            out += _S25.pack(*x136.translation, *x136.rotation)
-    x137 = v.links
-    if x137 is None:
+            out += _S25.pack(*x141.translation, *x141.rotation)
+    x142 = v.links
+    if x142 is None:
         out.append(0)
     else:
         out += _S12.pack(1)
-        length(out, x137)
-        for x138 in x137:
-            out += _S26.pack(x138[0], x138[1], x138[2])
+        length(out, x142)
+        for x143 in x142:
+            out += _S26.pack(x143[0], x143[1], x143[2])
 
 
 def read_candidate(b: bytes, i: int) -> tuple[m.Candidate, int]:
-    x139 = _S1.unpack_from(b, i)
+    x144 = _S1.unpack_from(b, i)
     i += 4
-    x141: int | None = None
+    x146: int | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x142 = _S15.unpack_from(b, i)
+        x147 = _S15.unpack_from(b, i)
         i += 8
-        x141 = x142[0]
-    x145, i = read_run(b, i, "Q", 8)
-    x144 = _S24.unpack_from(b, i)
+        x146 = x147[0]
+    x150, i = read_run(b, i, "Q", 8)
+    x149 = _S24.unpack_from(b, i)
     i += 364
-    x147: float | None = None
+    x152: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x148 = _S9.unpack_from(b, i)
+        x153 = _S9.unpack_from(b, i)
         i += 8
-        x147 = x148[0]
-    x146 = _S9.unpack_from(b, i)
+        x152 = x153[0]
+    x151 = _S9.unpack_from(b, i)
     i += 8
-    x151: tuple[m.Pose, ...] | None = None
+    x156: tuple[m.Pose, ...] | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x156, i = count(b, i, 56)
-        x155: tuple[m.Pose, ...] = tuple(m.Pose(translation=x154[0:3], rotation=x154[3:7]) for x154 in _S25.iter_unpack(b[i:i + x156 * 56]))
-        i += x156 * 56
-        x151 = x155
-    x159: tuple[tuple[int, int, float], ...] | None = None
+        x161, i = count(b, i, 56)
+        x160: tuple[m.Pose, ...] = tuple(m.Pose(translation=x159[0:3], rotation=x159[3:7]) for x159 in _S25.iter_unpack(b[i:i + x161 * 56]))
+        i += x161 * 56
+        x156 = x160
+    x164: tuple[tuple[int, int, float], ...] | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x164, i = count(b, i, 20)
-        x163: tuple[tuple[int, int, float], ...] = tuple((x162[0], x162[1], x162[2]) for x162 in _S26.iter_unpack(b[i:i + x164 * 20]))
-        i += x164 * 20
-        x159 = x163
-    return m.Candidate(candidate=x139[0], keyframe=x141, path=x145, one_way_m=x144[0], nodes=x144[1], covariance=x144[2:38], uncertainty=x144[38], uncertainty_all_links=x144[39], uncertainty_no_links=x144[40], peak_uncertainty=x144[41], redundant_m2=x144[42], area=x144[43], penalty=x144[44], reward=x144[45], break_even_alpha=x147, expected_links=x146[0], poses=x151, links=x159), i
+        x169, i = count(b, i, 20)
+        x168: tuple[tuple[int, int, float], ...] = tuple((x167[0], x167[1], x167[2]) for x167 in _S26.iter_unpack(b[i:i + x169 * 20]))
+        i += x169 * 20
+        x164 = x168
+    return m.Candidate(candidate=x144[0], keyframe=x146, path=x150, one_way_m=x149[0], nodes=x149[1], covariance=x149[2:38], uncertainty=x149[38], uncertainty_all_links=x149[39], uncertainty_no_links=x149[40], peak_uncertainty=x149[41], redundant_m2=x149[42], area=x149[43], penalty=x149[44], reward=x149[45], break_even_alpha=x152, expected_links=x151[0], poses=x156, links=x164), i
 
 
 def write_factor_kind_prior(out: bytearray, v: m.FactorKind.Prior) -> None:
@@ -579,9 +591,9 @@ def write_factor_kind_prior(out: bytearray, v: m.FactorKind.Prior) -> None:
 
 
 def read_factor_kind_prior(b: bytes, i: int) -> tuple[m.FactorKind.Prior, int]:
-    x167 = _S28.unpack_from(b, i)
+    x172 = _S28.unpack_from(b, i)
     i += 352
-    return m.FactorKind.Prior(keyframe=x167[0], pose=m.Pose(translation=x167[1:4], rotation=x167[4:8]), covariance=x167[8:44]), i
+    return m.FactorKind.Prior(keyframe=x172[0], pose=m.Pose(translation=x172[1:4], rotation=x172[4:8]), covariance=x172[8:44]), i
 
 
 def write_factor_kind_odometry(out: bytearray, v: m.FactorKind.Odometry) -> None:
@@ -591,9 +603,9 @@ def write_factor_kind_odometry(out: bytearray, v: m.FactorKind.Odometry) -> None
 
 
 def read_factor_kind_odometry(b: bytes, i: int) -> tuple[m.FactorKind.Odometry, int]:
-    x169 = _S30.unpack_from(b, i)
+    x174 = _S30.unpack_from(b, i)
     i += 360
-    return m.FactorKind.Odometry(from_=x169[0], to=x169[1], relative=m.Pose(translation=x169[2:5], rotation=x169[5:9]), covariance=x169[9:45]), i
+    return m.FactorKind.Odometry(from_=x174[0], to=x174[1], relative=m.Pose(translation=x174[2:5], rotation=x174[5:9]), covariance=x174[9:45]), i
 
 
 def write_factor_kind_relative(out: bytearray, v: m.FactorKind.Relative) -> None:
@@ -603,9 +615,9 @@ def write_factor_kind_relative(out: bytearray, v: m.FactorKind.Relative) -> None
 
 
 def read_factor_kind_relative(b: bytes, i: int) -> tuple[m.FactorKind.Relative, int]:
-    x171 = _S30.unpack_from(b, i)
+    x176 = _S30.unpack_from(b, i)
     i += 360
-    return m.FactorKind.Relative(from_=x171[0], to=x171[1], relative=m.Pose(translation=x171[2:5], rotation=x171[5:9]), covariance=x171[9:45]), i
+    return m.FactorKind.Relative(from_=x176[0], to=x176[1], relative=m.Pose(translation=x176[2:5], rotation=x176[5:9]), covariance=x176[9:45]), i
 
 
 def write_factor_kind_camera(out: bytearray, v: m.FactorKind.Camera) -> None:
@@ -615,31 +627,31 @@ def write_factor_kind_camera(out: bytearray, v: m.FactorKind.Camera) -> None:
 
 
 def read_factor_kind_camera(b: bytes, i: int) -> tuple[m.FactorKind.Camera, int]:
-    x173 = _S32.unpack_from(b, i)
+    x178 = _S32.unpack_from(b, i)
     i += 272
-    return m.FactorKind.Camera(from_=x173[0], to=x173[1], direction=x173[2:5], rotation=x173[5:9], covariance=x173[9:34]), i
+    return m.FactorKind.Camera(from_=x178[0], to=x178[1], direction=x178[2:5], rotation=x178[5:9], covariance=x178[9:34]), i
 
 
 def write_factor_kind_attitude(out: bytearray, v: m.FactorKind.Attitude) -> None:
     out += _S33.pack(4, v.keyframe, *v.rotation, v.tilt_variance_rad2)
-    x175 = v.heading_variance_rad2
-    if x175 is None:
+    x180 = v.heading_variance_rad2
+    if x180 is None:
         out.append(0)
     else:
-        out += _S8.pack(1, x175)
+        out += _S8.pack(1, x180)
 
 
 def read_factor_kind_attitude(b: bytes, i: int) -> tuple[m.FactorKind.Attitude, int]:
-    x176 = _S34.unpack_from(b, i)
+    x181 = _S34.unpack_from(b, i)
     i += 48
-    x178: float | None = None
+    x183: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x179 = _S9.unpack_from(b, i)
+        x184 = _S9.unpack_from(b, i)
         i += 8
-        x178 = x179[0]
-    return m.FactorKind.Attitude(keyframe=x176[0], rotation=x176[1:5], tilt_variance_rad2=x176[5], heading_variance_rad2=x178), i
+        x183 = x184[0]
+    return m.FactorKind.Attitude(keyframe=x181[0], rotation=x181[1:5], tilt_variance_rad2=x181[5], heading_variance_rad2=x183), i
 
 
 def write_factor_kind_depth(out: bytearray, v: m.FactorKind.Depth) -> None:
@@ -647,9 +659,9 @@ def write_factor_kind_depth(out: bytearray, v: m.FactorKind.Depth) -> None:
 
 
 def read_factor_kind_depth(b: bytes, i: int) -> tuple[m.FactorKind.Depth, int]:
-    x182 = _S36.unpack_from(b, i)
+    x187 = _S36.unpack_from(b, i)
     i += 24
-    return m.FactorKind.Depth(keyframe=x182[0], depth_m=x182[1], variance_m2=x182[2]), i
+    return m.FactorKind.Depth(keyframe=x187[0], depth_m=x187[1], variance_m2=x187[2]), i
 
 
 def write_factor_kind_position(out: bytearray, v: m.FactorKind.Position) -> None:
@@ -659,9 +671,9 @@ def write_factor_kind_position(out: bytearray, v: m.FactorKind.Position) -> None
 
 
 def read_factor_kind_position(b: bytes, i: int) -> tuple[m.FactorKind.Position, int]:
-    x184 = _S38.unpack_from(b, i)
+    x189 = _S38.unpack_from(b, i)
     i += 104
-    return m.FactorKind.Position(keyframe=x184[0], position=x184[1:4], covariance=x184[4:13]), i
+    return m.FactorKind.Position(keyframe=x189[0], position=x189[1:4], covariance=x189[4:13]), i
 
 
 _WRITE_FACTOR_KIND: dict[type, Callable[[bytearray, Any], None]] = {
@@ -702,134 +714,134 @@ def write_factor(out: bytearray, v: m.Factor) -> None:
 
 
 def read_factor(b: bytes, i: int) -> tuple[m.Factor, int]:
-    x188, i = read_string(b, i)
-    x187 = _S0.unpack_from(b, i)
+    x193, i = read_string(b, i)
+    x192 = _S0.unpack_from(b, i)
     i += 16
-    x190, i = read_factor_kind(b, i)
-    return m.Factor(mission=x188, seq=x187[0], stamp_ns=x187[1], factor=x190), i
+    x195, i = read_factor_kind(b, i)
+    return m.Factor(mission=x193, seq=x192[0], stamp_ns=x192[1], factor=x195), i
 
 
 def write_graph_keyframe(out: bytearray, v: m.GraphKeyframe) -> None:
     if len(v.pose.translation) != 3 or len(v.pose.rotation) != 4 or len(v.linearization.translation) != 3:
         raise wrong_sizes()
     out += _S39.pack(v.id, *v.pose.translation, *v.pose.rotation, *v.linearization.translation, *v.linearization.rotation, v.local_saliency, v.global_saliency)
-    x192 = v.covariance
-    if x192 is None:
+    x197 = v.covariance
+    if x197 is None:
         out.append(0)
     else:
-        out += _S40.pack(1, *x192)
+        out += _S40.pack(1, *x197)
 
 
 def read_graph_keyframe(b: bytes, i: int) -> tuple[m.GraphKeyframe, int]:
-    x193 = _S39.unpack_from(b, i)
+    x198 = _S39.unpack_from(b, i)
     i += 136
-    x195: tuple[float, ...] | None = None
+    x200: tuple[float, ...] | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x196 = _S41.unpack_from(b, i)
+        x201 = _S41.unpack_from(b, i)
         i += 288
-        x195 = x196[0:36]
-    return m.GraphKeyframe(id=x193[0], pose=m.Pose(translation=x193[1:4], rotation=x193[4:8]), linearization=m.Pose(translation=x193[8:11], rotation=x193[11:15]), local_saliency=x193[15], global_saliency=x193[16], covariance=x195), i
+        x200 = x201[0:36]
+    return m.GraphKeyframe(id=x198[0], pose=m.Pose(translation=x198[1:4], rotation=x198[4:8]), linearization=m.Pose(translation=x198[8:11], rotation=x198[11:15]), local_saliency=x198[15], global_saliency=x198[16], covariance=x200), i
 
 
 def write_graph_reply(out: bytearray, v: m.GraphReply) -> None:
     string(out, v.mission)
     out += _S15.pack(v.graph_seq)
     length(out, v.keyframes)
-    for x199 in v.keyframes:
-        write_graph_keyframe(out, x199)
+    for x204 in v.keyframes:
+        write_graph_keyframe(out, x204)
     length(out, v.factors)
-    for x200 in sorted(v.factors):
-        string(out, x200)
-        out += _S15.pack(v.factors[x200])
+    for x205 in sorted(v.factors):
+        string(out, x205)
+        out += _S15.pack(v.factors[x205])
     out += _S9.pack(v.chi2)
 
 
 def read_graph_reply(b: bytes, i: int) -> tuple[m.GraphReply, int]:
-    x203, i = read_string(b, i)
-    x202 = _S15.unpack_from(b, i)
+    x208, i = read_string(b, i)
+    x207 = _S15.unpack_from(b, i)
     i += 8
-    x206, i = count(b, i, 1)
-    x205: list[m.GraphKeyframe] = []
-    for _ in range(x206):
-        x209, i = read_graph_keyframe(b, i)
-        x205.append(x209)
-    x213, i = count(b, i, 9)
-    x212: dict[str, int] = {}
-    for _ in range(x213):
-        x214, i = read_string(b, i)
-        x215 = _S15.unpack_from(b, i)
+    x211, i = count(b, i, 1)
+    x210: list[m.GraphKeyframe] = []
+    for _ in range(x211):
+        x214, i = read_graph_keyframe(b, i)
+        x210.append(x214)
+    x218, i = count(b, i, 9)
+    x217: dict[str, int] = {}
+    for _ in range(x218):
+        x219, i = read_string(b, i)
+        x220 = _S15.unpack_from(b, i)
         i += 8
-        x212[x214] = x215[0]
-    x211 = _S9.unpack_from(b, i)
+        x217[x219] = x220[0]
+    x216 = _S9.unpack_from(b, i)
     i += 8
-    return m.GraphReply(mission=x203, graph_seq=x202[0], keyframes=tuple(x205), factors=x212, chi2=x211[0]), i
+    return m.GraphReply(mission=x208, graph_seq=x207[0], keyframes=tuple(x210), factors=x217, chi2=x216[0]), i
 
 
 def write_keyframe(out: bytearray, v: m.Keyframe) -> None:
     string(out, v.mission)
     out += _S13.pack(v.seq, v.stamp_ns, v.id)
-    x218 = v.pose
-    if x218 is None:
+    x223 = v.pose
+    if x223 is None:
         out.append(0)
     else:
-        if len(x218.translation) != 3:
+        if len(x223.translation) != 3:
             raise wrong_sizes()
-        out += _S42.pack(1, *x218.translation, *x218.rotation)
-    x219 = v.camera
-    if x219 is None:
+        out += _S42.pack(1, *x223.translation, *x223.rotation)
+    x224 = v.camera
+    if x224 is None:
         out.append(0)
     else:
-        if len(x219.translation) != 3:
+        if len(x224.translation) != 3:
             raise wrong_sizes()
-        out += _S42.pack(1, *x219.translation, *x219.rotation)
+        out += _S42.pack(1, *x224.translation, *x224.rotation)
     write_appearance(out, v.appearance)
 
 
 def read_keyframe(b: bytes, i: int) -> tuple[m.Keyframe, int]:
-    x222, i = read_string(b, i)
-    x221 = _S13.unpack_from(b, i)
+    x227, i = read_string(b, i)
+    x226 = _S13.unpack_from(b, i)
     i += 24
-    x224: m.Pose | None = None
+    x229: m.Pose | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x225 = _S25.unpack_from(b, i)
+        x230 = _S25.unpack_from(b, i)
         i += 56
-        x224 = m.Pose(translation=x225[0:3], rotation=x225[3:7])
-    x228: m.Pose | None = None
+        x229 = m.Pose(translation=x230[0:3], rotation=x230[3:7])
+    x233: m.Pose | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x229 = _S25.unpack_from(b, i)
+        x234 = _S25.unpack_from(b, i)
         i += 56
-        x228 = m.Pose(translation=x229[0:3], rotation=x229[3:7])
-    x232, i = read_appearance(b, i)
-    return m.Keyframe(mission=x222, seq=x221[0], stamp_ns=x221[1], id=x221[2], pose=x224, camera=x228, appearance=x232), i
+        x233 = m.Pose(translation=x234[0:3], rotation=x234[3:7])
+    x237, i = read_appearance(b, i)
+    return m.Keyframe(mission=x227, seq=x226[0], stamp_ns=x226[1], id=x226[2], pose=x229, camera=x233, appearance=x237), i
 
 
 def write_problem(out: bytearray, v: m.Problem) -> None:
     string(out, v.code)
     string(out, v.message)
-    x234 = v.seq
-    if x234 is None:
+    x239 = v.seq
+    if x239 is None:
         out.append(0)
     else:
-        out += _S23.pack(1, x234)
+        out += _S23.pack(1, x239)
 
 
 def read_problem(b: bytes, i: int) -> tuple[m.Problem, int]:
-    x237, i = read_string(b, i)
-    x239, i = read_string(b, i)
-    x241: int | None = None
+    x242, i = read_string(b, i)
+    x244, i = read_string(b, i)
+    x246: int | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x242 = _S15.unpack_from(b, i)
+        x247 = _S15.unpack_from(b, i)
         i += 8
-        x241 = x242[0]
-    return m.Problem(code=x237, message=x239, seq=x241), i
+        x246 = x247[0]
+    return m.Problem(code=x242, message=x244, seq=x246), i
 
 
 def write_robust(out: bytearray, v: m.Robust) -> None:
@@ -843,41 +855,41 @@ def write_robust(out: bytearray, v: m.Robust) -> None:
 
 
 def read_robust(b: bytes, i: int) -> tuple[m.Robust, int]:
-    x247, i = read_loss(b, i)
-    x249, i = read_loss(b, i)
-    x251, i = read_loss(b, i)
-    x253, i = read_loss(b, i)
-    x255, i = read_loss(b, i)
-    x257, i = read_loss(b, i)
-    x259, i = read_loss(b, i)
-    return m.Robust(prior=x247, odometry=x249, relative=x251, camera=x253, attitude=x255, depth=x257, position=x259), i
+    x252, i = read_loss(b, i)
+    x254, i = read_loss(b, i)
+    x256, i = read_loss(b, i)
+    x258, i = read_loss(b, i)
+    x260, i = read_loss(b, i)
+    x262, i = read_loss(b, i)
+    x264, i = read_loss(b, i)
+    return m.Robust(prior=x252, odometry=x254, relative=x256, camera=x258, attitude=x260, depth=x262, position=x264), i
 
 
 def write_target(out: bytearray, v: m.Target) -> None:
     length(out, v.facets)
-    for x261 in v.facets:
-        if len(x261.origin) != 3 or len(x261.u) != 3:
+    for x266 in v.facets:
+        if len(x266.origin) != 3 or len(x266.u) != 3:
             raise wrong_sizes()
-        out += _S43.pack(*x261.origin, *x261.u, *x261.v, x261.length_u_m, x261.length_v_m)
-    x262 = v.area_m2
-    if x262 is None:
+        out += _S43.pack(*x266.origin, *x266.u, *x266.v, x266.length_u_m, x266.length_v_m)
+    x267 = v.area_m2
+    if x267 is None:
         out.append(0)
     else:
-        out += _S8.pack(1, x262)
+        out += _S8.pack(1, x267)
 
 
 def read_target(b: bytes, i: int) -> tuple[m.Target, int]:
-    x267, i = count(b, i, 88)
-    x266: tuple[m.Facet, ...] = tuple(m.Facet(origin=x265[0:3], u=x265[3:6], v=x265[6:9], length_u_m=x265[9], length_v_m=x265[10]) for x265 in _S43.iter_unpack(b[i:i + x267 * 88]))
-    i += x267 * 88
-    x269: float | None = None
+    x272, i = count(b, i, 88)
+    x271: tuple[m.Facet, ...] = tuple(m.Facet(origin=x270[0:3], u=x270[3:6], v=x270[6:9], length_u_m=x270[9], length_v_m=x270[10]) for x270 in _S43.iter_unpack(b[i:i + x272 * 88]))
+    i += x272 * 88
+    x274: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x270 = _S9.unpack_from(b, i)
+        x275 = _S9.unpack_from(b, i)
         i += 8
-        x269 = x270[0]
-    return m.Target(facets=x266, area_m2=x269), i
+        x274 = x275[0]
+    return m.Target(facets=x271, area_m2=x274), i
 
 
 def write_mission_config(out: bytearray, v: m.MissionConfig) -> None:
@@ -892,200 +904,212 @@ def write_mission_config(out: bytearray, v: m.MissionConfig) -> None:
     write_link_model(out, v.link_model)
     write_robust(out, v.robust)
     out += _S9.pack(v.cell_m)
-    x273 = v.survey
-    if x273 is None:
+    x278 = v.survey
+    if x278 is None:
         out.append(0)
     else:
         out += _S12.pack(1)
-        length(out, x273)
-        for x274 in x273:
-            out += _S10.pack(*x274)
-    x275 = v.first_keyframe_sigmas
-    if x275 is None:
+        length(out, x278)
+        for x279 in x278:
+            out += _S10.pack(*x279)
+    x280 = v.first_keyframe_sigmas
+    if x280 is None:
         out.append(0)
     else:
-        if len(x275.translation_m) != 3:
+        if len(x280.translation_m) != 3:
             raise wrong_sizes()
-        out += _S45.pack(1, *x275.translation_m, *x275.rotation_deg)
+        out += _S45.pack(1, *x280.translation_m, *x280.rotation_deg)
+    x281 = v.gate_sigmas
+    if x281 is None:
+        out.append(0)
+    else:
+        out += _S8.pack(1, x281)
 
 
 def read_mission_config(b: bytes, i: int) -> tuple[m.MissionConfig, int]:
-    x278, i = read_string(b, i)
-    x280, i = read_target(b, i)
-    x279 = _S44.unpack_from(b, i)
+    x284, i = read_string(b, i)
+    x286, i = read_target(b, i)
+    x285 = _S44.unpack_from(b, i)
     i += 200
-    x282, i = read_attitude(b, i)
-    x284, i = read_depth(b, i)
-    x286, i = read_planner(b, i)
-    x288, i = read_link_model(b, i)
-    x290, i = read_robust(b, i)
-    x289 = _S9.unpack_from(b, i)
+    x288, i = read_attitude(b, i)
+    x290, i = read_depth(b, i)
+    x292, i = read_planner(b, i)
+    x294, i = read_link_model(b, i)
+    x296, i = read_robust(b, i)
+    x295 = _S9.unpack_from(b, i)
     i += 8
-    x292: tuple[tuple[float, float, float], ...] | None = None
+    x298: tuple[tuple[float, float, float], ...] | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x297, i = count(b, i, 24)
-        x296: tuple[tuple[float, float, float], ...] = tuple(x295[0:3] for x295 in _S10.iter_unpack(b[i:i + x297 * 24]))
-        i += x297 * 24
-        x292 = x296
-    x300: m.FirstKeyframeSigmas | None = None
+        x303, i = count(b, i, 24)
+        x302: tuple[tuple[float, float, float], ...] = tuple(x301[0:3] for x301 in _S10.iter_unpack(b[i:i + x303 * 24]))
+        i += x303 * 24
+        x298 = x302
+    x306: m.FirstKeyframeSigmas | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x301 = _S46.unpack_from(b, i)
+        x307 = _S46.unpack_from(b, i)
         i += 48
-        x300 = m.FirstKeyframeSigmas(translation_m=x301[0:3], rotation_deg=x301[3:6])
-    return m.MissionConfig(mission=x278, target=x280, allowable=m.Allowable(x_m=x279[0], y_m=x279[1], depth_m=x279[2], roll_deg=x279[3], pitch_deg=x279[4], heading_deg=x279[5]), alpha=x279[6], camera=m.Camera(body_from_camera=m.Pose(translation=x279[7:10], rotation=x279[10:14]), horizontal_fov_deg=x279[14], vertical_fov_deg=x279[15], max_range_m=x279[16], direction_sigma_deg=x279[17], rotation_sigma_deg=x279[18]), odometry=m.Odometry(translation_sigma_m_per_sqrt_m=x279[19:22], rotation_sigma_deg_per_sqrt_m=x279[22:25]), attitude=x282, depth=x284, planner=x286, link_model=x288, robust=x290, cell_m=x289[0], survey=x292, first_keyframe_sigmas=x300), i
+        x306 = m.FirstKeyframeSigmas(translation_m=x307[0:3], rotation_deg=x307[3:6])
+    x310: float | None = None
+    some = flag(b, i)
+    i += 1
+    if some:
+        x311 = _S9.unpack_from(b, i)
+        i += 8
+        x310 = x311[0]
+    return m.MissionConfig(mission=x284, target=x286, allowable=m.Allowable(x_m=x285[0], y_m=x285[1], depth_m=x285[2], roll_deg=x285[3], pitch_deg=x285[4], heading_deg=x285[5]), alpha=x285[6], camera=m.Camera(body_from_camera=m.Pose(translation=x285[7:10], rotation=x285[10:14]), horizontal_fov_deg=x285[14], vertical_fov_deg=x285[15], max_range_m=x285[16], direction_sigma_deg=x285[17], rotation_sigma_deg=x285[18]), odometry=m.Odometry(translation_sigma_m_per_sqrt_m=x285[19:22], rotation_sigma_deg_per_sqrt_m=x285[22:25]), attitude=x288, depth=x290, planner=x292, link_model=x294, robust=x296, cell_m=x295[0], survey=x298, first_keyframe_sigmas=x306, gate_sigmas=x310), i
 
 
 def write_mission_state(out: bytearray, v: m.MissionState) -> None:
     string(out, v.mission)
     out += _S1.pack(_PHASE_TAG[v.phase])
-    x304 = v.robot
-    if x304 is None:
+    x314 = v.robot
+    if x314 is None:
         out.append(0)
     else:
-        if len(x304.pose.translation) != 3 or len(x304.pose.rotation) != 4:
+        if len(x314.pose.translation) != 3 or len(x314.pose.rotation) != 4:
             raise wrong_sizes()
-        out += _S47.pack(1, x304.keyframe, *x304.pose.translation, *x304.pose.rotation, *x304.covariance)
+        out += _S47.pack(1, x314.keyframe, *x314.pose.translation, *x314.pose.rotation, *x314.covariance)
     string(out, v.reason)
     out += _S15.pack(v.since_ns)
     write_mission_config(out, v.config)
     out += _S48.pack(v.next_seq, v.keyframes, v.factors, v.covered_m2, v.target_m2)
-    x305 = v.uncertainty
-    if x305 is None:
+    x315 = v.uncertainty
+    if x315 is None:
         out.append(0)
     else:
-        out += _S8.pack(1, x305)
+        out += _S8.pack(1, x315)
     out += _S0.pack(v.decisions, v.revisits)
-    x306 = v.estimated_remaining_m
-    if x306 is None:
+    x316 = v.estimated_remaining_m
+    if x316 is None:
         out.append(0)
     else:
-        out += _S8.pack(1, x306)
+        out += _S8.pack(1, x316)
     write_health(out, v.health)
 
 
 def read_mission_state(b: bytes, i: int) -> tuple[m.MissionState, int]:
-    x309, i = read_string(b, i)
-    x308 = _S1.unpack_from(b, i)
+    x319, i = read_string(b, i)
+    x318 = _S1.unpack_from(b, i)
     i += 4
-    x311: m.Robot | None = None
+    x321: m.Robot | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x312 = _S28.unpack_from(b, i)
+        x322 = _S28.unpack_from(b, i)
         i += 352
-        x311 = m.Robot(keyframe=x312[0], pose=m.Pose(translation=x312[1:4], rotation=x312[4:8]), covariance=x312[8:44])
-    x315, i = read_string(b, i)
-    x314 = _S15.unpack_from(b, i)
+        x321 = m.Robot(keyframe=x322[0], pose=m.Pose(translation=x322[1:4], rotation=x322[4:8]), covariance=x322[8:44])
+    x325, i = read_string(b, i)
+    x324 = _S15.unpack_from(b, i)
     i += 8
-    x317, i = read_mission_config(b, i)
-    x316 = _S48.unpack_from(b, i)
+    x327, i = read_mission_config(b, i)
+    x326 = _S48.unpack_from(b, i)
     i += 40
-    x319: float | None = None
+    x329: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x320 = _S9.unpack_from(b, i)
+        x330 = _S9.unpack_from(b, i)
         i += 8
-        x319 = x320[0]
-    x318 = _S0.unpack_from(b, i)
+        x329 = x330[0]
+    x328 = _S0.unpack_from(b, i)
     i += 16
-    x323: float | None = None
+    x333: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x324 = _S9.unpack_from(b, i)
+        x334 = _S9.unpack_from(b, i)
         i += 8
-        x323 = x324[0]
-    x327, i = read_health(b, i)
-    return m.MissionState(mission=x309, phase=one_of("Phase", _PHASE, x308[0]), robot=x311, reason=x315, since_ns=x314[0], config=x317, next_seq=x316[0], keyframes=x316[1], factors=x316[2], covered_m2=x316[3], target_m2=x316[4], uncertainty=x319, decisions=x318[0], revisits=x318[1], estimated_remaining_m=x323, health=x327), i
+        x333 = x334[0]
+    x337, i = read_health(b, i)
+    return m.MissionState(mission=x319, phase=one_of("Phase", _PHASE, x318[0]), robot=x321, reason=x325, since_ns=x324[0], config=x327, next_seq=x326[0], keyframes=x326[1], factors=x326[2], covered_m2=x326[3], target_m2=x326[4], uncertainty=x329, decisions=x328[0], revisits=x328[1], estimated_remaining_m=x333, health=x337), i
 
 
 def write_decision(out: bytearray, v: m.Decision) -> None:
     string(out, v.mission)
-    x329 = v.decision
-    if x329 is None:
+    x339 = v.decision
+    if x339 is None:
         out.append(0)
     else:
-        out += _S23.pack(1, x329)
+        out += _S23.pack(1, x339)
     if len(v.robot.pose.translation) != 3 or len(v.robot.pose.rotation) != 4:
         raise wrong_sizes()
     out += _S49.pack(v.graph_seq, _PHASE_TAG[v.phase], v.robot.keyframe, *v.robot.pose.translation, *v.robot.pose.rotation, *v.robot.covariance, v.alpha, v.allowable.x_m, v.allowable.y_m, v.allowable.depth_m, v.allowable.roll_deg, v.allowable.pitch_deg, v.allowable.heading_deg, _POLICY_TAG[v.policy])
     write_action(out, v.action)
     out += _S50.pack(*v.exploration.covariance, v.exploration.uncertainty, v.exploration.uncertainty_ratio, v.exploration.area, v.exploration.penalty, v.exploration.reward)
     length(out, v.candidates)
-    for x330 in v.candidates:
-        write_candidate(out, x330)
+    for x340 in v.candidates:
+        write_candidate(out, x340)
     run(out, "Q", v.not_evaluated)
     out += _S51.pack(v.target_m2, v.covered_m2, v.complete)
-    x331 = v.link_model
-    if x331 is None:
+    x341 = v.link_model
+    if x341 is None:
         out.append(0)
     else:
         out += _S12.pack(1)
-        write_link_model_reply(out, x331)
+        write_link_model_reply(out, x341)
     out += _S52.pack(v.timing.wait_ms, v.timing.queue_ms, v.timing.evaluate_ms, v.timing.total_ms)
     string(out, v.reason)
 
 
 def read_decision(b: bytes, i: int) -> tuple[m.Decision, int]:
-    x334, i = read_string(b, i)
-    x336: int | None = None
+    x344, i = read_string(b, i)
+    x346: int | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x337 = _S15.unpack_from(b, i)
+        x347 = _S15.unpack_from(b, i)
         i += 8
-        x336 = x337[0]
-    x335 = _S49.unpack_from(b, i)
+        x346 = x347[0]
+    x345 = _S49.unpack_from(b, i)
     i += 424
-    x340, i = read_action(b, i)
-    x339 = _S50.unpack_from(b, i)
+    x350, i = read_action(b, i)
+    x349 = _S50.unpack_from(b, i)
     i += 328
-    x343, i = count(b, i, 1)
-    x342: list[m.Candidate] = []
-    for _ in range(x343):
-        x346, i = read_candidate(b, i)
-        x342.append(x346)
-    x349, i = read_run(b, i, "Q", 8)
-    x348 = _S51.unpack_from(b, i)
+    x353, i = count(b, i, 1)
+    x352: list[m.Candidate] = []
+    for _ in range(x353):
+        x356, i = read_candidate(b, i)
+        x352.append(x356)
+    x359, i = read_run(b, i, "Q", 8)
+    x358 = _S51.unpack_from(b, i)
     i += 17
-    x351: m.LinkModelReply | None = None
+    x361: m.LinkModelReply | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x354, i = read_link_model_reply(b, i)
-        x351 = x354
-    x350 = _S52.unpack_from(b, i)
+        x364, i = read_link_model_reply(b, i)
+        x361 = x364
+    x360 = _S52.unpack_from(b, i)
     i += 32
-    x357, i = read_string(b, i)
-    return m.Decision(mission=x334, decision=x336, graph_seq=x335[0], phase=one_of("Phase", _PHASE, x335[1]), robot=m.Robot(keyframe=x335[2], pose=m.Pose(translation=x335[3:6], rotation=x335[6:10]), covariance=x335[10:46]), alpha=x335[46], allowable=m.Allowable(x_m=x335[47], y_m=x335[48], depth_m=x335[49], roll_deg=x335[50], pitch_deg=x335[51], heading_deg=x335[52]), policy=one_of("Policy", _POLICY, x335[53]), action=x340, exploration=m.Exploration(covariance=x339[0:36], uncertainty=x339[36], uncertainty_ratio=x339[37], area=x339[38], penalty=x339[39], reward=x339[40]), candidates=tuple(x342), not_evaluated=x349, target_m2=x348[0], covered_m2=x348[1], complete=boolean(x348[2]), link_model=x351, timing=m.Timing(wait_ms=x350[0], queue_ms=x350[1], evaluate_ms=x350[2], total_ms=x350[3]), reason=x357), i
+    x367, i = read_string(b, i)
+    return m.Decision(mission=x344, decision=x346, graph_seq=x345[0], phase=one_of("Phase", _PHASE, x345[1]), robot=m.Robot(keyframe=x345[2], pose=m.Pose(translation=x345[3:6], rotation=x345[6:10]), covariance=x345[10:46]), alpha=x345[46], allowable=m.Allowable(x_m=x345[47], y_m=x345[48], depth_m=x345[49], roll_deg=x345[50], pitch_deg=x345[51], heading_deg=x345[52]), policy=one_of("Policy", _POLICY, x345[53]), action=x350, exploration=m.Exploration(covariance=x349[0:36], uncertainty=x349[36], uncertainty_ratio=x349[37], area=x349[38], penalty=x349[39], reward=x349[40]), candidates=tuple(x352), not_evaluated=x359, target_m2=x358[0], covered_m2=x358[1], complete=boolean(x358[2]), link_model=x361, timing=m.Timing(wait_ms=x360[0], queue_ms=x360[1], evaluate_ms=x360[2], total_ms=x360[3]), reason=x367), i
 
 
 def write_evaluate_reply(out: bytearray, v: m.EvaluateReply) -> None:
     string(out, v.mission)
     out += _S53.pack(v.graph_seq, *v.exploration.covariance, v.exploration.uncertainty, v.exploration.uncertainty_ratio, v.exploration.area, v.exploration.penalty, v.exploration.reward)
     length(out, v.candidates)
-    for x359 in v.candidates:
-        write_candidate(out, x359)
+    for x369 in v.candidates:
+        write_candidate(out, x369)
     out += _S52.pack(v.timing.wait_ms, v.timing.queue_ms, v.timing.evaluate_ms, v.timing.total_ms)
 
 
 def read_evaluate_reply(b: bytes, i: int) -> tuple[m.EvaluateReply, int]:
-    x362, i = read_string(b, i)
-    x361 = _S53.unpack_from(b, i)
+    x372, i = read_string(b, i)
+    x371 = _S53.unpack_from(b, i)
     i += 336
-    x365, i = count(b, i, 1)
-    x364: list[m.Candidate] = []
-    for _ in range(x365):
-        x368, i = read_candidate(b, i)
-        x364.append(x368)
-    x363 = _S52.unpack_from(b, i)
+    x375, i = count(b, i, 1)
+    x374: list[m.Candidate] = []
+    for _ in range(x375):
+        x378, i = read_candidate(b, i)
+        x374.append(x378)
+    x373 = _S52.unpack_from(b, i)
     i += 32
-    return m.EvaluateReply(mission=x362, graph_seq=x361[0], exploration=m.Exploration(covariance=x361[1:37], uncertainty=x361[37], uncertainty_ratio=x361[38], area=x361[39], penalty=x361[40], reward=x361[41]), candidates=tuple(x364), timing=m.Timing(wait_ms=x363[0], queue_ms=x363[1], evaluate_ms=x363[2], total_ms=x363[3])), i
+    return m.EvaluateReply(mission=x372, graph_seq=x371[0], exploration=m.Exploration(covariance=x371[1:37], uncertainty=x371[37], uncertainty_ratio=x371[38], area=x371[39], penalty=x371[40], reward=x371[41]), candidates=tuple(x374), timing=m.Timing(wait_ms=x373[0], queue_ms=x373[1], evaluate_ms=x373[2], total_ms=x373[3])), i
 
 
 def write_waypoint(out: bytearray, v: m.Waypoint) -> None:
@@ -1093,48 +1117,48 @@ def write_waypoint(out: bytearray, v: m.Waypoint) -> None:
         raise wrong_sizes()
     out += _S54.pack(v.keyframe, *v.pose.translation, *v.pose.rotation, v.marginal_uncertainty, v.score)
     run(out, "Q", v.members)
-    x371 = v.one_way_m
-    if x371 is None:
+    x381 = v.one_way_m
+    if x381 is None:
         out.append(0)
     else:
-        out += _S8.pack(1, x371)
+        out += _S8.pack(1, x381)
     out += _S12.pack(v.candidate)
 
 
 def read_waypoint(b: bytes, i: int) -> tuple[m.Waypoint, int]:
-    x372 = _S54.unpack_from(b, i)
+    x382 = _S54.unpack_from(b, i)
     i += 80
-    x374, i = read_run(b, i, "Q", 8)
-    x376: float | None = None
+    x384, i = read_run(b, i, "Q", 8)
+    x386: float | None = None
     some = flag(b, i)
     i += 1
     if some:
-        x377 = _S9.unpack_from(b, i)
+        x387 = _S9.unpack_from(b, i)
         i += 8
-        x376 = x377[0]
-    x375 = _S12.unpack_from(b, i)
+        x386 = x387[0]
+    x385 = _S12.unpack_from(b, i)
     i += 1
-    return m.Waypoint(keyframe=x372[0], pose=m.Pose(translation=x372[1:4], rotation=x372[4:8]), marginal_uncertainty=x372[8], score=x372[9], members=x374, one_way_m=x376, candidate=boolean(x375[0])), i
+    return m.Waypoint(keyframe=x382[0], pose=m.Pose(translation=x382[1:4], rotation=x382[4:8]), marginal_uncertainty=x382[8], score=x382[9], members=x384, one_way_m=x386, candidate=boolean(x385[0])), i
 
 
 def write_waypoints_reply(out: bytearray, v: m.WaypointsReply) -> None:
     string(out, v.mission)
     out += _S15.pack(v.graph_seq)
     length(out, v.waypoints)
-    for x380 in v.waypoints:
-        write_waypoint(out, x380)
+    for x390 in v.waypoints:
+        write_waypoint(out, x390)
 
 
 def read_waypoints_reply(b: bytes, i: int) -> tuple[m.WaypointsReply, int]:
-    x383, i = read_string(b, i)
-    x382 = _S15.unpack_from(b, i)
+    x393, i = read_string(b, i)
+    x392 = _S15.unpack_from(b, i)
     i += 8
-    x386, i = count(b, i, 1)
-    x385: list[m.Waypoint] = []
-    for _ in range(x386):
-        x389, i = read_waypoint(b, i)
-        x385.append(x389)
-    return m.WaypointsReply(mission=x383, graph_seq=x382[0], waypoints=tuple(x385)), i
+    x396, i = count(b, i, 1)
+    x395: list[m.Waypoint] = []
+    for _ in range(x396):
+        x399, i = read_waypoint(b, i)
+        x395.append(x399)
+    return m.WaypointsReply(mission=x393, graph_seq=x392[0], waypoints=tuple(x395)), i
 
 
 WRITERS: dict[type, Callable[[bytearray, Any], None]] = {

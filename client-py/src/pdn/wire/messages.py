@@ -438,6 +438,10 @@ class Planner(Struct, frozen=True):
     min_points: int = 4
     """Keyframes within that radius, itself included, that make a core point; default 4."""
 
+    max_cluster_radius_m: float | None = None
+    """Greatest distance of a cluster's keyframes from the one that represents it, m; what is farther is
+    represented by another. Default null: 24 times the median distance of consecutive keyframes."""
+
     edge_radius_m: float | None = None
     """Greatest distance of two keyframes that the search connects, m; default null: 2.6 times the median
     distance of consecutive keyframes. It must exceed the distance of neighbouring tracklines, or paths can
@@ -884,6 +888,11 @@ class MissionConfig(Struct, frozen=True):
 
     first_keyframe_sigmas: FirstKeyframeSigmas | None = FirstKeyframeSigmas()
     """Prior on the first keyframe at the pose that its event carries; null if a `prior` factor will come."""
+
+    gate_sigmas: float | None = 20.0
+    """A measurement of a kind without a robust loss that lies farther than this from what is believed of
+    its keyframes is refused as `contradiction`, in standard deviations (Mahalanobis); default 20, null for
+    no gate."""
 
 
 class MissionState(Struct, frozen=True, kw_only=True):

@@ -4,14 +4,15 @@
 use crate::files::root;
 use pdn_schemas::codec::{Message, MessageVisitor, visit_messages};
 use pdn_schemas::keys::VERSION;
+use pdn_schemas::record::Kind;
 use pdn_schemas::registry;
 use schemars::SchemaGenerator;
 use serde_json::{Map, Value, json};
 use serde_reflection::{ContainerFormat, Format, Registry, VariantFormat};
 use std::collections::BTreeMap;
 
-/// The layouts of the contract's version as released.
-pub const HISTORY: &str = "schemas/history/v1.json";
+/// The folder of the layouts of all generations, `N.json` each.
+const HISTORY: &str = "schemas/history";
 
 /// The contract, taken apart.
 pub struct Contract {
@@ -168,24 +169,36 @@ impl Contract {
         schemas.0
     }
 
-    /// Fails if a released layout is gone or not what it was.
-    pub fn check_history(&self) -> Result<(), String> {
-        let path = root().join(HISTORY);
-        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let released: Value = serde_json::from_str(&text).map_err(|error| format!("{HISTORY}: {error}"))?;
-        let containers = released["containers"].as_object().ok_or(format!("{HISTORY}: no containers"))?;
-        let changed = |(name, layout): &(&String, &Value)| {
-            self.registry.get(*name).map(registry::describe).as_deref() != layout.as_str()
-        };
-        let changed: Vec<&str> = containers.iter().filter(changed).map(|(name, _)| name.as_str()).collect();
-        if changed.is_empty() {
+    /// `schemas/history/N.json`: the layout of every container and the record of every kind of the journal.
+    fn generation_json() -> String {
+        let registry = registry::journal_registry();
+        let layout =
+            |(name, container): (&String, &ContainerFormat)| (name.clone(), registry::describe(container));
+        let containers: BTreeMap<String, String> = registry.iter().map(layout).collect();
+        let kinds: Vec<&str> = Kind::ALL.iter().map(|kind| kind.schema()).collect();
+        pretty(&json!({ "kinds": kinds, "containers": containers }))
+    }
+
+    /// The file of the present layouts: the newest generation's if they are its, else that of a new one.
+    pub fn generation() -> (String, String) {
+        let path = |number: usize| format!("{HISTORY}/{number}.json");
+        let newest = (1..).take_while(|&number| root().join(path(number)).exists()).last().unwrap_or(0);
+        let present = Contract::generation_json();
+        let is_newest = std::fs::read_to_string(root().join(path(newest))).is_ok_and(|text| text == present);
+        (path(if is_newest { newest } else { newest + 1 }), present)
+    }
+
+    /// Fails if the present layouts are no generation's.
+    pub fn check_history() -> Result<(), String> {
+        let (path, _) = Contract::generation();
+        if root().join(&path).exists() {
             return Ok(());
         }
         Err(format!(
-            "the released layouts of {} have changed ({HISTORY}): clients in the field would be refused. \
-             Give the new layout another name or the contract another version; if {VERSION} is not released \
-             yet: cargo run --release -p pdn-schemas -- release",
-            changed.join(", ")
+            "the layouts have changed since the newest of {HISTORY}: what is in the field must stay \
+             readable. Keep golden vectors of what has changed in the folder of the generation before, make a \
+             new one by `cargo run --release -p pdn-schemas -- release`, and name {path} in \
+             schemas/src/codec/history.rs"
         ))
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! pdn-schemas generate           write schemas/generated, schemas/*.md and the Python modules
-//! pdn-schemas generate --check   write nothing; fail if a file would change or a released layout has changed
-//! pdn-schemas release            freeze the present layouts as those of the contract's version
+//! pdn-schemas generate --check   write nothing; fail if a file would change or the layouts have changed
+//! pdn-schemas release            keep the present layouts as a generation of schemas/history
 //! ```
 
 mod contract;
@@ -56,15 +56,16 @@ fn generated() -> Files {
     files
 }
 
-/// The layouts of the contract's version, as released.
+/// The present layouts, as a generation.
 fn released() -> Files {
     let mut files = Files::new(&[]);
-    files.add(contract::HISTORY, Contract::extract().registry_json());
+    let (path, layouts) = Contract::generation();
+    files.add(path, layouts);
     files
 }
 
 fn check() -> Result<String, String> {
     let summary = generated().check()?;
-    Contract::extract().check_history()?;
+    Contract::check_history()?;
     Ok(summary)
 }

@@ -52,7 +52,7 @@ impl Payload {
         if self.sent_bytes > limit {
             return Err(CodecError::TooLarge { message: T::NAME, bytes: self.sent_bytes, limit });
         }
-        codec::decode(&self.bytes, codec::format_of::<T>(&self.encoding)?)
+        codec::decode_encoded(&self.bytes, &self.encoding)
     }
 
     /// Mission and number of an event, if they can be told whatever else is wrong.

@@ -38,6 +38,7 @@ pub fn default() -> MissionConfig {
         cell_m: 0.1,
         survey: None,
         first_keyframe_sigmas: Some(FirstKeyframeSigmas::default()),
+        gate_sigmas: Some(20.0),
     }
 }
 
@@ -85,6 +86,7 @@ pub fn full() -> MissionConfig {
             waypoint_local_saliency: 0.6,
             eps_m: 2.0,
             min_points: 5,
+            max_cluster_radius_m: Some(7.5),
             edge_radius_m: Some(1.25),
             sample_spacing_m: Some(0.5),
             min_revisit_m: 4.0,
@@ -109,5 +111,6 @@ pub fn full() -> MissionConfig {
         cell_m: 0.25,
         survey: Some(vec![[0.0, 0.0, 5.0], [40.0, 0.0, 5.0], edges()]),
         first_keyframe_sigmas: None,
+        gate_sigmas: None,
     }
 }
