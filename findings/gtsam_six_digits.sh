@@ -2,7 +2,7 @@
 # What GTSAM writes as g2o it does not read back as it was: six digits make information indefinite.
 #
 # writeG2o uses the stream's default precision. An edge that knows one direction ten million times better than
-# another, in turned axes, is a valid measurement before and none after; the reader takes it, and chi2 is another.
+# another, in turned axes, is a valid measurement before and none after; it is read, and chi2 is another.
 set -eu
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

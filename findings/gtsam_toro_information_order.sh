@@ -1,7 +1,7 @@
 #!/bin/sh
 # GTSAM reads the information matrix of TORO's EDGE3 in the wrong order.
 #
-# Both formats write the upper triangle over [x, y, z, rotation]. GTSAM's own order is [rotation, x, y, z]; its
+# Both formats write the upper triangle over [x, y, z, rotation]. GTSAM's order is [rotation, x, y, z]; its
 # reader permutes the matrix of EDGE_SE3:QUAT, and takes that of EDGE3 as it stands: what the file says of the
 # translation weighs the rotation.
 set -eu
