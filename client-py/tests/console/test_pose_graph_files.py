@@ -338,6 +338,11 @@ def test_a_long_path_leaves_room_for_what_is_wrong() -> None:
         read_pose_graph(b"", "x" * 4000 + "/a.g2o")
 
 
+def test_no_error_is_longer_than_500_characters() -> None:
+    assert len(str(PoseGraphError("x" * 501))) == 500
+    assert str(PoseGraphError("x" * 500)) == "x" * 500
+
+
 def test_a_packed_file_is_named() -> None:
     with pytest.raises(PoseGraphError, match=r"^graph.g2o:1: .*packed by gzip; unpack it first"):
         read_pose_graph(gzip.compress(EDGE.encode()), "graph.g2o")
