@@ -120,7 +120,7 @@ def measured(random: np.random.Generator, from_: int, to: int, true: Transform) 
 def optimum(graph: PoseGraph) -> float:
     """chi2 = sum r' W r at its least, with what FIX holds held; solved densely from the spanning tree."""
     poses = spanning(graph)
-    free = [id for id in poses if id not in graph.held]
+    free = [id for id in poses if id not in graph.anchors]
     at = {id: 6 * index for index, id in enumerate(free)}
     chi2 = math.inf
     for _ in range(60):
@@ -161,8 +161,8 @@ def spanning(graph: PoseGraph) -> dict[int, Transform]:
             known = poses[tie.other(arrival.keyframe)]
             ahead = tie.relative if tie.to == arrival.keyframe else tie.relative.inverse()
             poses[arrival.keyframe] = known @ ahead
-        elif arrival.keyframe in graph.held:
-            poses[arrival.keyframe] = graph.held[arrival.keyframe]
+        elif arrival.keyframe in graph.anchors:
+            poses[arrival.keyframe] = graph.anchors[arrival.keyframe]
         else:
             poses[arrival.keyframe] = arrival.priors[0].pose
     return poses

@@ -25,7 +25,7 @@ def same(one: PoseGraph, other: PoseGraph) -> bool:
     """Whether two graphs say the same, to the bit."""
     return (
         one.vertices == other.vertices
-        and one.held == other.held
+        and one.anchors == other.anchors
         and [(edge.from_, edge.to, edge.relative) for edge in one.edges]
         == [(edge.from_, edge.to, edge.relative) for edge in other.edges]
         and all(
@@ -61,7 +61,7 @@ def test_stream_begins_at_what_is_held_and_never_leaves_a_keyframe_untied() -> N
     pairs = [(0, 1), (1, 2), (2, 3), (3, 4), (0, 3)]
     edges = [f"EDGE_SE3:QUAT {a} {b} {STEP} {INFORMATION}" for a, b in pairs]
     graph = read("VERTEX_SE3:QUAT 3 1 2 3 0 0 0 1", *edges, "FIX 3")
-    assert graph.held == {3: Transform((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))}
+    assert graph.anchors == {3: Transform((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))}
     # By steps of the trajectory, not by the loop closure 0 - 3.
     assert [arrival.keyframe for arrival in graph.arrivals()] == [3, 2, 1, 0, 4]
     assert any("FIX holds vertex 3, not the lowest id, 0" in note for note in graph.notes)
@@ -162,7 +162,7 @@ def test_offsets_of_an_edge_are_taken_into_it() -> None:
 def test_a_prior_holds_the_graph_and_has_an_offset_too() -> None:
     graph = read(*OFFSETS, EDGE, f"EDGE_SE3_PRIOR 1 1 {STEP} {INFORMATION}")
     (prior,) = graph.priors
-    assert (prior.line, prior.keyframe, graph.held) == (4, 1, {})
+    assert (prior.line, prior.keyframe, graph.anchors) == (4, 1, {})
     back = prior.pose @ Transform((0.5, 0.0, 0.0), (0.0, 0.0, 0.6, 0.8))
     np.testing.assert_allclose(back.translation, (1.0, 2.0, 3.0), atol=1e-15)
     assert [arrival.keyframe for arrival in graph.arrivals()] == [1, 0]
@@ -180,9 +180,30 @@ def test_two_pieces_are_taken_where_both_are_held() -> None:
     graph = read(
         VERTEX, "VERTEX_SE3:QUAT 5 9 9 9 0 0 0 1", EDGE, f"EDGE_SE3:QUAT 5 6 {STEP} {INFORMATION}", "FIX 0 5"
     )
-    assert sorted(graph.held) == [0, 5]
+    assert sorted(graph.anchors) == [0, 5]
     assert [arrival.keyframe for arrival in graph.arrivals()] == [0, 1, 5, 6]
     assert graph.degrees_of_freedom == 0
+
+
+def test_a_plane_has_offsets_and_priors_too() -> None:
+    quarter = math.pi / 2
+    graph = read(
+        f"PARAMS_SE2OFFSET 0 1 0 {quarter!r}",
+        f"EDGE_SE2_OFFSET 0 1 0 0 0 2 0 {PLANE}",
+        f"EDGE_PRIOR_SE2 0 5 6 0 {PLANE}",
+    )
+    (edge,) = graph.edges
+    # Sensors 1 m ahead that look to the left: 2 m to their left is 2 m back for the vertices.
+    np.testing.assert_allclose(edge.relative.translation, (-2.0, 0.0, 0.0), atol=1e-15)
+    np.testing.assert_allclose(edge.relative.matrix(), np.eye(3), atol=1e-15)
+    (prior,) = graph.priors
+    assert (prior.keyframe, prior.pose.translation, graph.anchors) == (0, (5.0, 6.0, 0.0), {})
+
+
+def test_an_isolated_vertex_does_not_become_the_anchor() -> None:
+    graph = read("VERTEX_SE3:QUAT 0 9 9 9 0 0 0 1", "VERTEX_SE3:QUAT 1 1 2 3 0 0 0 1", BACK)
+    assert graph.anchors == {1: Transform((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))}
+    assert graph.keyframes == [1, 2]
 
 
 # --- left out or assumed, and told ---
@@ -198,6 +219,9 @@ def test_two_pieces_are_taken_where_both_are_held() -> None:
         ([EDGE, "VERTEX_TRACKXYZ 7 1 2 3", "EDGE_SE3_TRACKXYZ 1 7 0 1 2 3 1 0 0 1 0 1"], "line of landmarks"),
         ([EDGE, "LANDMARK2 0 7 1 2 1 0 1"], "1 line of measurements of landmarks"),
         ([EDGE, "EQUIV 0 1"], "equivalences"),
+        ([EDGE, "BR 0 7 0.5 3 0.1 0.1", "LANDMARK 7 1 2"], "2 lines of measurements of landmarks"),
+        ([EDGE, "EDGE_SE3_XYZ_PRIOR 1 0 1 2 3 1 0 0 1 0 1"], "1 line of measured positions"),
+        ([VERTEX, EDGE, "VERTEX_SE3:QUAT 6 0 0 5 0 0 0 1", "FIX 0 6"], "FIX of what is left out"),
         ([EDGE, "ROBOTLASER1 0 1 2 3"], "sensor data"),
         ([f"{VERTEX} start", EDGE], "words after the numbers of 1 line, the first 'start' in line 1"),
         ([VERTEX, EDGE, "VERTEX_TRACKXYZ 7 1 2 3", "FIX 0 7"], "FIX of what is left out"),

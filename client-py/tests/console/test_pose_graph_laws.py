@@ -116,7 +116,7 @@ def taken(data: bytes) -> PoseGraph | None:
 def told(graph: PoseGraph) -> tuple[object, ...]:
     edges = [(edge.from_, edge.to, edge.relative, edge.covariance.tobytes()) for edge in graph.edges]
     priors = [(prior.keyframe, prior.pose, prior.covariance.tobytes()) for prior in graph.priors]
-    return graph.vertices, edges, priors, graph.held
+    return graph.vertices, edges, priors, graph.anchors
 
 
 @given(graphs(priors=True), st.data())

@@ -111,6 +111,18 @@ def test_what_is_refused_is_left_out_listed_and_can_be_imported(daemon: Daemon, 
     assert "edge 0 -> 7" in in_words
 
 
+def test_a_false_prior_is_refused_as_a_false_edge_is(daemon: Daemon, tmp_path: Path) -> None:
+    graph = drawn(9)
+    false = Measured(7, 7, Transform((1e3, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), 1e4 * np.eye(6))
+    path = written(tmp_path, dataclasses.replace(graph, priors=[false]), fix=0)
+    assert "prior of 7 lies " in imported(daemon, str(path)).stderr
+    refused = tmp_path / "refused.g2o"
+    told = report(daemon, path, "--keep-going", "--refused", str(refused))
+    assert (told["refused"], told["priors"]) == (1, 1)
+    assert told["degrees_of_freedom"] == 6 * (len(graph.edges) + 1 - 8)
+    assert report(daemon, refused)["last_pose"]["translation"][0] == pytest.approx(1e3)
+
+
 def test_a_robust_loss_weighs_it_down(daemon: Daemon, tmp_path: Path) -> None:
     path = written(tmp_path, with_false_loop(drawn(3)))
     told = report(daemon, path, "--robust", "cauchy:2")
@@ -315,5 +327,5 @@ def test_gtsam_reads_what_is_exported_to_the_same_chi2(daemon: Daemon, tmp_path:
     # 2 x 1/2 sum r' W r; the information is the inverse of an inverse, of condition 1e3.
     assert 2.0 * factors.error(values) == pytest.approx(told["chi2"], rel=1e-9)
     again = read_pose_graph(exported.read_bytes(), str(exported))
-    assert sorted(again.held) == [12]
+    assert sorted(again.anchors) == [12]
     assert optimum(again) == pytest.approx(told["chi2"], rel=1e-9)

@@ -40,7 +40,7 @@ def write_g2o(journal: Journal, path: Path) -> tuple[int, int]:
             case _:
                 left_out[kind] += 1
     lines = [f"# {count} {kind} factors have no place here" for kind, count in sorted(left_out.items())]
-    lines += [writer.OFFSET_NONE] if priors else []
+    lines += [writer.IDENTITY_OFFSET] if priors else []
     lines += [writer.vertex(keyframe["id"], _pose(keyframe["pose"])) for keyframe in keyframes]
     lines += [] if anchor is None else [writer.fix(anchor)]
     path.write_text("\n".join(lines + priors + edges) + "\n", encoding="utf-8")

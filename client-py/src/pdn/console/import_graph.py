@@ -14,7 +14,7 @@ from . import import_mission, import_options
 from .failures import CommandFailed
 from .import_refused import write_refused
 from .import_report import Report, show
-from .import_stream import Streaming
+from .import_stream import GraphStream
 from .planner import Planner, of_planner
 from .pose_graph import Assumptions, PoseGraph, PoseGraphError, Transform, read_pose_graph
 
@@ -99,12 +99,12 @@ def import_graph(
     assumptions = _assumptions(default_sigmas, plane_sigmas, mend_information)
     _check_refused(refused, keep_going)
     graph = _read(file, assumptions)
-    streaming = Streaming(graph, anchor_sigma, keep_going, str(file))
+    streaming = GraphStream(graph, anchor_sigma, keep_going, str(file))
     began_s = time.monotonic()
     with planner.connected() as client:
-        import_mission.make_way(client, name, replace=replace)
+        import_mission.clear_the_way(client, name, replace=replace)
         try:
-            with import_mission.under_way(
+            with import_mission.running(
                 client, import_mission.configuration(name, settings), f"import of {file.name}"
             ):
                 progress = not quiet and not planner.as_json
@@ -154,7 +154,7 @@ def _read(file: Path, assumptions: Assumptions) -> PoseGraph:
         raise CommandFailed(str(error)) from error
 
 
-def _report(client: Client, streaming: Streaming, mission: str, last_seq: int, timeout_s: float) -> Report:
+def _report(client: Client, streaming: GraphStream, mission: str, last_seq: int, timeout_s: float) -> Report:
     last = streaming.graph.keyframes[-1]
     reply = client.graph(last, True, after=last_seq, mission=mission, timeout_s=timeout_s)
     found = {keyframe.id: keyframe for keyframe in reply.keyframes}

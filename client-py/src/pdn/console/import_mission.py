@@ -55,7 +55,7 @@ def configuration(mission: str, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def under_way(client: Client, config: dict[str, Any], reason: str) -> Iterator[None]:
+def running(client: Client, config: dict[str, Any], reason: str) -> Iterator[None]:
     """A running mission for the length of the block, completed at its end. If the block is left by an error
     or a signal (Ctrl-C, SIGTERM, SIGHUP), the mission is aborted and that is told on standard error.
     """
@@ -71,7 +71,7 @@ def under_way(client: Client, config: dict[str, Any], reason: str) -> Iterator[N
             raise
 
 
-def make_way(client: Client, mission: str, *, replace: bool) -> None:
+def clear_the_way(client: Client, mission: str, *, replace: bool) -> None:
     """Makes sure that a mission of that id can be configured; with `replace` what another import has left is
     aborted. Raises `CommandFailed` with what stands in the way and what to do.
     """

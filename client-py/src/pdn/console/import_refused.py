@@ -6,12 +6,12 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from .import_stream import Refused
+from .import_stream import RefusedMeasurement
 from .pose_graph import Edge, Transform, counted, writer
 
 
 def write_refused(
-    path: Path, source: str, refused: Sequence[Refused], estimates: dict[int, Transform]
+    path: Path, source: str, refused: Sequence[RefusedMeasurement], estimates: dict[int, Transform]
 ) -> None:
     """Writes each refused measurement with its reason as a comment, and the vertices that it names at their
     estimates, one of each piece held. The file is there whole or not at all.
@@ -24,7 +24,7 @@ def write_refused(
     lines += [writer.vertex(id, estimates[id]) for id in sorted(_named(refused)) if id in estimates]
     lines += [writer.fix(id) for id in _lowest_of_pieces(refused)]
     if any(not isinstance(one.measurement, Edge) for one in refused):
-        lines.append(writer.OFFSET_NONE)
+        lines.append(writer.IDENTITY_OFFSET)
     for one in refused:
         lines.append(f"# {_in_a_line(str(one))}")
         measured = one.measurement
@@ -40,12 +40,12 @@ def write_refused(
     beside.replace(path)
 
 
-def _named(refused: Sequence[Refused]) -> set[int]:
+def _named(refused: Sequence[RefusedMeasurement]) -> set[int]:
     edges = [one.measurement for one in refused if isinstance(one.measurement, Edge)]
     return {end for edge in edges for end in (edge.from_, edge.to)}
 
 
-def _lowest_of_pieces(refused: Sequence[Refused]) -> list[int]:
+def _lowest_of_pieces(refused: Sequence[RefusedMeasurement]) -> list[int]:
     """The lowest vertex of each piece that the refused edges make."""
     lowest = {id: id for id in _named(refused)}
 

@@ -10,11 +10,11 @@ from typing import Any
 from pdn import wire
 
 from . import words
-from .import_stream import Streaming
+from .import_stream import GraphStream
 from .pose_graph import consistency, counted
 
 WORST = 10
-"""Refused measurements that are listed."""
+"""RefusedMeasurement measurements that are listed."""
 
 
 @dataclass
@@ -22,7 +22,7 @@ class Report:
     """A mission, what went into it, and what it came to."""
 
     mission: str
-    streaming: Streaming
+    streaming: GraphStream
     chi2: float
     last: wire.GraphKeyframe
     file: str = ""
@@ -81,7 +81,7 @@ def _plain(report: Report) -> dict[str, Any]:
         "keyframes": len(graph.keyframes),
         "edges": len(graph.edges),
         "priors": len(graph.priors),
-        "held": sorted(graph.held),
+        "anchors": sorted(graph.anchors),
         "notes": graph.notes,
         "settings": report.settings,
         "refused": len(refused),
@@ -106,11 +106,12 @@ def _sentences(report: Report) -> str:
     graph, refused = report.streaming.graph, report.streaming.refused
     parts = [counted(len(graph.keyframes), "keyframe"), counted(len(graph.edges), "edge")]
     parts += [counted(len(graph.priors), "prior")] if graph.priors else []
-    held = ", ".join(str(id) for id in sorted(graph.held)[:5]) + (", ..." if len(graph.held) > 5 else "")
+    anchors = ", ".join(str(id) for id in sorted(graph.anchors)[:5])
+    anchors += ", ..." if len(graph.anchors) > 5 else ""
     lines = [
         f"{report.file} is mission {report.mission}: {', '.join(parts)}, {report.stream_s:.1f} s.",
         *graph.notes,
-        f"held at its pose: {held}" if held else "held by the priors of the file",
+        f"held at its pose: {anchors}" if anchors else "held by the priors of the file",
         report.gate(),
     ]
     if refused:

@@ -32,7 +32,7 @@ Measurement = Edge | Prior
 
 
 @dataclass(frozen=True)
-class Refused:
+class RefusedMeasurement:
     """A measurement that the planner has not taken."""
 
     measurement: Measurement
@@ -46,14 +46,14 @@ class Refused:
 
 
 @dataclass
-class Streaming:
+class GraphStream:
     """Sends a graph; afterwards `refused` is what was not taken, farthest first."""
 
     graph: PoseGraph
     anchor_sigma: float
     keep_going: bool
     source: str
-    refused: list[Refused] = field(default_factory=list)
+    refused: list[RefusedMeasurement] = field(default_factory=list)
     _measurements: dict[int, Measurement] = field(default_factory=dict)
     _problems: list[ProblemLike] = field(default_factory=list)
 
@@ -80,9 +80,9 @@ class Streaming:
             for arrival in self.graph.arrivals():
                 keyframe = arrival.keyframe
                 events.keyframe(keyframe)
-                if keyframe in self.graph.held:
-                    held = self.anchor_sigma**2 * np.eye(6)
-                    events.prior(keyframe, pose(self.graph.held[keyframe]), held)
+                if keyframe in self.graph.anchors:
+                    tight = self.anchor_sigma**2 * np.eye(6)
+                    events.prior(keyframe, pose(self.graph.anchors[keyframe]), tight)
                 for edge in arrival.edges:
                     seq = events.relative(edge.from_, edge.to, pose(edge.relative), edge.covariance)
                     self._measurements[seq] = edge
@@ -91,7 +91,7 @@ class Streaming:
                     self._measurements[seq] = prior
                 progress.advance(progress.task_ids[0])
 
-    def _all_refused(self) -> list[Refused]:
+    def _all_refused(self) -> list[RefusedMeasurement]:
         refused = []
         for problem in self._problems:
             measurement = None if problem.seq is None else self._measurements.get(problem.seq)
@@ -128,9 +128,9 @@ def pose(transform: Transform) -> wire.Pose:
     return wire.Pose(translation=transform.translation, rotation=transform.rotation)
 
 
-def _refused(measurement: Measurement, problem: ProblemLike) -> Refused:
+def _refused(measurement: Measurement, problem: ProblemLike) -> RefusedMeasurement:
     distance = _DISTANCE.search(problem.message)
-    return Refused(measurement, problem.message, float(distance[1]) if distance else None)
+    return RefusedMeasurement(measurement, problem.message, float(distance[1]) if distance else None)
 
 
 def _settle(events: MissionStream, timeout_s: float) -> None:

@@ -1,7 +1,7 @@
 """Pose-graph files in text form: g2o and TORO, in space and in the plane. Pure: bytes in, bytes out.
 
-transform <- graph <- information, fields, lines <- tags <- reader; graph <- pieces <- reader; consistency and
-writer stand beside them.
+transform <- graph <- information, fields, lines <- tags <- reader; graph <- components <- reader;
+consistency and writer stand beside them.
 
 Conventions. An edge measures the pose of its second vertex in the frame of its first, as `relative` does.
 Its information matrix is over [x, y, z; rotation], and the rotation part is read as that of the rotation

@@ -67,13 +67,13 @@ class Arrival:
 class PoseGraph:
     """Vertices with their poses, where the file gives them, and measurements in the order of the file.
 
-    Every vertex hangs by edges on one that is in `held` or has a prior.
+    Every vertex hangs by edges on one that is in `anchors` or has a prior.
     """
 
     vertices: dict[int, Transform]
     edges: list[Edge]
     priors: list[Prior]
-    held: dict[int, Transform]
+    anchors: dict[int, Transform]
     """Vertices that hold the others to the world, at their poses."""
     planar: bool
     """Whether the file says nothing of z, roll and pitch."""
@@ -89,7 +89,7 @@ class PoseGraph:
     @property
     def degrees_of_freedom(self) -> int:
         """Numbers measured less numbers estimated."""
-        measured = len(self.edges) + len(self.priors) + len(self.held)
+        measured = len(self.edges) + len(self.priors) + len(self.anchors)
         return (3 if self.planar else 6) * (measured - len(self.keyframes))
 
     def arrivals(self) -> Iterator[Arrival]:
@@ -104,7 +104,7 @@ class PoseGraph:
             by_end[edge.from_].append(edge)
             by_end[edge.to].append(edge)
         known: set[int] = set()
-        for root in [*sorted(self.held), *sorted(priors)]:
+        for root in [*sorted(self.anchors), *sorted(priors)]:
             ahead = [(0, root)]
             while ahead:
                 _, keyframe = heapq.heappop(ahead)

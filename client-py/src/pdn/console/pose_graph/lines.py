@@ -19,7 +19,7 @@ _PACKED = {
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
-def lines_of(data: bytes) -> Iterator[tuple[int, list[str]]]:
+def lines_in(data: bytes) -> Iterator[tuple[int, list[str]]]:
     """The number and the words of each line that has words, comments cut off.
 
     Lines end in LF, CRLF or CR. A comment begins with a `#` that begins a word. The text is UTF-8, or UTF-16

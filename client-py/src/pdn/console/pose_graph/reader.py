@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from . import fields, information, pieces
+from . import components, fields, information
 from .graph import Edge, PoseGraph, PoseGraphError, Prior, counted
-from .lines import lines_of
+from .lines import lines_in
 from .tags import LANDMARKS, LEFT_OUT, OTHER_ORDER, TAGS, Kind, Tag, split
 from .transform import ORIGIN, Matrix, Transform
 
@@ -32,15 +32,15 @@ def read_pose_graph(data: bytes, name: str, assumptions: Assumptions | None = No
     """Reads g2o or TORO; raises `PoseGraphError` with file and line for anything that cannot be streamed.
 
     Taken exactly: poses in any of the forms of `TAGS`, offsets, priors, FIX, any order of lines. Left out,
-    and told in `notes`: landmarks, vertices without edges, words after the numbers. Refused: unknown tags,
-    wrong counts of numbers, values that are not finite, information that is not positive definite, pieces
-    that nothing holds.
+    and told in `notes`: landmarks, vertices without edges, words after the numbers. Refused: unknown tags, wrong
+    counts of numbers, values that are not finite, information that is not positive definite, components that
+    nothing holds.
     """
     reader = _Reader(assumptions or Assumptions())
     shown = name if len(name) <= NAME_CHARS else f"...{name[-NAME_CHARS:]}"
     number = 1
     try:
-        for number, words in lines_of(data):
+        for number, words in lines_in(data):
             reader.take(number, words)
         return reader.graph()
     except _AtLine as error:
@@ -189,13 +189,13 @@ class _Reader:
         fixed = self._fixed(named, notes)
         if not fixed and not priors:
             fixed = [min(named)]
-        held_by = {*fixed, *(prior.keyframe for prior in priors)}
-        loose = pieces.loose(edges, held_by)
-        if loose is not None:
-            raise _AtLine(loose.line, loose.told(min(held_by)))
-        held = {vertex: self._held_pose(vertex, len(fixed), notes) for vertex in fixed}
+        anchored = {*fixed, *(prior.keyframe for prior in priors)}
+        unanchored = components.unanchored(edges, anchored)
+        if unanchored is not None:
+            raise _AtLine(unanchored.line, unanchored.told(min(anchored)))
+        anchors = {vertex: self._anchor_pose(vertex, len(fixed), notes) for vertex in fixed}
         vertices = {vertex: pose for vertex, pose in self.vertices.items() if vertex in named}
-        return PoseGraph(vertices, edges, priors, held, self.plane is not None, notes)
+        return PoseGraph(vertices, edges, priors, anchors, self.plane is not None, notes)
 
     def _instead(self) -> str:
         if self.left_out:
@@ -222,23 +222,23 @@ class _Reader:
         pose = measured.pose @ offsets[-1].inverse()
         if len(offsets) == 2:
             pose = offsets[0] @ pose
-        return pose, offsets[-1].carry(measured.covariance)
+        return pose, offsets[-1].moved_covariance(measured.covariance)
 
     def _fixed(self, named: set[int], notes: list[str]) -> list[int]:
         """The vertices that FIX holds and that are in the graph."""
-        held = []
+        anchors = []
         for vertex, line in sorted(self.fixed.items()):
             if vertex in named:
-                held.append(vertex)
+                anchors.append(vertex)
             elif vertex not in self.vertices and str(vertex) not in self.landmarks:
                 raise _AtLine(line, f"FIX names vertex {vertex}, which is not in the file")
-        if held != sorted(self.fixed) and held:
+        if anchors != sorted(self.fixed) and anchors:
             notes.append("FIX of what is left out is left out as well")
-        if held and held != [min(named)]:
-            notes.append(f"FIX holds {_listed('vertex', held)}, not the lowest id, {min(named)}")
-        return held
+        if anchors and anchors != [min(named)]:
+            notes.append(f"FIX holds {_listed('vertex', anchors)}, not the lowest id, {min(named)}")
+        return anchors
 
-    def _held_pose(self, vertex: int, fixed: int, notes: list[str]) -> Transform:
+    def _anchor_pose(self, vertex: int, fixed: int, notes: list[str]) -> Transform:
         if vertex in self.vertices:
             return self.vertices[vertex]
         if fixed > 1:

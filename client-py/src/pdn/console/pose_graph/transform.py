@@ -59,7 +59,7 @@ class Transform:
         adjoint[:3, 3:] = cross @ self.matrix()
         return adjoint
 
-    def carry(self, covariance: Matrix) -> Matrix:
+    def moved_covariance(self, covariance: Matrix) -> Matrix:
         """The covariance of the same perturbation after a change of frame: of Ad xi where xi has
         `covariance`.
         """

@@ -24,7 +24,7 @@ def edge(from_: int, to: int, relative: Transform, covariance: Matrix) -> str:
     return f"EDGE_SE3:QUAT {from_} {to} {_pose(relative)} {_information(covariance)}"
 
 
-OFFSET_NONE = "PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1"
+IDENTITY_OFFSET = "PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1"
 """The offset that `prior` names."""
 
 

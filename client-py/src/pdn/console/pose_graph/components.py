@@ -1,4 +1,4 @@
-"""Which vertices hang together, and what holds each piece to the world."""
+"""Connected components of a graph, each of which needs an anchor."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from .graph import Edge
 
 
 @dataclass(frozen=True, slots=True)
-class Loose:
-    """A piece that nothing holds."""
+class Unanchored:
+    """A connected component that nothing holds to the world."""
 
     line: int
     """Of its first edge."""
     vertices: list[int]
 
-    def told(self, held: int) -> str:
+    def told(self, anchor: int) -> str:
         """What is wrong, and what to do."""
         first = self.vertices[0]
         return (
             f"{len(self.vertices)} vertices, of which {first} is the first, are not connected to vertex "
-            f"{held} and nothing holds them; add the edge that is missing, or hold one at its pose: FIX "
+            f"{anchor} and nothing holds them; add the edge that is missing, or hold one at its pose: FIX "
             f"{first}"
         )
 
 
-def loose(edges: list[Edge], held: Collection[int]) -> Loose | None:
-    """The first piece of the graph in which no vertex is held."""
+def unanchored(edges: list[Edge], anchors: Collection[int]) -> Unanchored | None:
+    """The first connected component in which no vertex is anchored."""
     neighbours: dict[int, list[int]] = {}
     for edge in edges:
         neighbours.setdefault(edge.from_, []).append(edge.to)
         neighbours.setdefault(edge.to, []).append(edge.from_)
-    reached = _reached(held, neighbours)
+    reached = _reached(anchors, neighbours)
     for edge in edges:
         if edge.from_ not in reached:
-            return Loose(edge.line, sorted(_reached([edge.from_], neighbours)))
+            return Unanchored(edge.line, sorted(_reached([edge.from_], neighbours)))
     return None
 
 
