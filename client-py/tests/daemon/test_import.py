@@ -210,6 +210,16 @@ def test_an_interrupted_import_aborts_its_mission(
     assert phase(daemon) is Phase.ABORTED
 
 
+def test_an_import_whose_mission_somebody_ends_says_so(daemon: Daemon, tmp_path: Path) -> None:
+    running = long_import(daemon, tmp_path)
+    with connect("auv", daemon.endpoint) as client:
+        client.abort("the operator wants it so")
+    _, errors = running.communicate(timeout=30)
+    assert running.returncode == 1
+    assert "its mission long had ended already" in errors
+    assert "takes no more events" in errors
+
+
 def test_after_a_killed_import_it_is_clear_what_to_do(daemon: Daemon, tmp_path: Path) -> None:
     running = long_import(daemon, tmp_path)
     running.kill()

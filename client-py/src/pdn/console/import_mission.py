@@ -13,7 +13,7 @@ from types import FrameType
 from typing import Any
 
 from pdn import wire
-from pdn.client import Client, MissionUnknown, PdnError
+from pdn.client import Client, IllegalTransition, MissionUnknown, PdnError
 
 from . import words
 from .failures import CommandFailed
@@ -127,6 +127,8 @@ def _given_up(client: Client, mission: str, error: BaseException) -> str:
         client.abort(f"import given up: {why}", mission=mission, timeout_s=ABORT_TIMEOUT_S)
     except MissionUnknown:
         return f"{begun}; it had begun no mission."
+    except IllegalTransition:
+        return f"{begun}; its mission {mission} had ended already."
     except (PdnError, KeyboardInterrupt, Terminated) as failed:
         return (
             f"{begun}, and its mission {mission} could not be aborted ({str(failed) or 'interrupted'}). If "

@@ -32,9 +32,9 @@ def read_pose_graph(data: bytes, name: str, assumptions: Assumptions | None = No
     """Reads g2o or TORO; raises `PoseGraphError` with file and line for anything that cannot be streamed.
 
     Taken exactly: poses in any of the forms of `TAGS`, offsets, priors, FIX, any order of lines. Left out,
-    and told in `notes`: landmarks, vertices without edges, words after the numbers. Refused: unknown tags, wrong
-    counts of numbers, values that are not finite, information that is not positive definite, components that
-    nothing holds.
+    and told in `notes`: landmarks, vertices without edges, words after the numbers. Refused: unknown tags,
+    wrong counts of numbers, values that are not finite, information that is not positive definite, components
+    that nothing holds.
     """
     reader = _Reader(assumptions or Assumptions())
     shown = name if len(name) <= NAME_CHARS else f"...{name[-NAME_CHARS:]}"
