@@ -222,6 +222,7 @@ def test_an_isolated_vertex_does_not_become_the_anchor() -> None:
         ([EDGE, "BR 0 7 0.5 3 0.1 0.1", "LANDMARK 7 1 2"], "2 lines of measurements of landmarks"),
         ([EDGE, "EDGE_SE3_XYZ_PRIOR 1 0 1 2 3 1 0 0 1 0 1"], "1 line of measured positions"),
         ([VERTEX, EDGE, "VERTEX_SE3:QUAT 6 0 0 5 0 0 0 1", "FIX 0 6"], "FIX of what is left out"),
+        ([VERTEX, EDGE, "VERTEX_SE3:QUAT 6 0 0 5 0 0 0 1", "FIX 6"], "FIX of what is left out"),
         ([EDGE, "ROBOTLASER1 0 1 2 3"], "sensor data"),
         ([f"{VERTEX} start", EDGE], "words after the numbers of 1 line, the first 'start' in line 1"),
         ([VERTEX, EDGE, "VERTEX_TRACKXYZ 7 1 2 3", "FIX 0 7"], "FIX of what is left out"),

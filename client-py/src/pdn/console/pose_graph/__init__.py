@@ -1,7 +1,7 @@
 """Pose-graph files in text form: g2o and TORO, in space and in the plane. Pure: bytes in, bytes out.
 
-transform <- graph <- information, fields, lines <- tags <- reader; graph <- components <- reader;
-consistency and writer stand beside them.
+transform <- graph <- records <- components, notes <- assembly <- reader
+transform, graph <- information, fields, lines <- tags <- reader; consistency and writer stand beside them
 
 Conventions. An edge measures the pose of its second vertex in the frame of its first, as `relative` does.
 Its information matrix is over [x, y, z; rotation], and the rotation part is read as that of the rotation
@@ -11,7 +11,8 @@ covariance = information^-1, no permutation.
 """
 
 from .graph import Edge, PoseGraph, PoseGraphError, Prior, counted
-from .reader import Assumptions, read_pose_graph
+from .reader import read_pose_graph
+from .records import Assumptions
 from .transform import ORIGIN, Transform
 
 __all__ = [
