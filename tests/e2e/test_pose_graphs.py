@@ -23,15 +23,15 @@ SCALED_MARGINAL = 1e-6
 TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
 
 
-NAMES = ["sphere2500", "parking-garage", "smallGrid3D", "tinyGrid3D"]
+NAMES = ["sphere2500", "sphere2500_toro", "parking-garage", "smallGrid3D", "tinyGrid3D"]
 """The longest first: they are streamed side by side, each as a vehicle of its own, and none waits for
 another.
 """
 
 
-def import_g2o(daemon: Daemon, name: str) -> None:
-    path = shared_data("pose_graphs", f"{name}.g2o")
-    command = [sys.executable, "-m", "pdn.cli", "import-g2o", str(path), "--vehicle", name.lower(),
+def import_graph(daemon: Daemon, name: str) -> None:
+    path = shared_data("pose_graphs", f"{name}.txt" if name.endswith("_toro") else f"{name}.g2o")
+    command = [sys.executable, "-m", "pdn.cli", "import", str(path), "--vehicle", name.lower(),
                "--connect", daemon.endpoint, "--json"]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, timeout=1500, check=False)
     assert done.returncode == 0, done.stderr
@@ -43,7 +43,7 @@ def imports(request: pytest.FixtureRequest, daemon: Daemon) -> Iterator[dict[str
     """What is under way; of the graphs, those whose tests were asked for."""
     asked = [name for name in NAMES if any(f"[{name}]" in item.name for item in request.session.items)]
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        yield {name: pool.submit(import_g2o, daemon, name) for name in asked}
+        yield {name: pool.submit(import_graph, daemon, name) for name in asked}
 
 
 def graph_of(daemon: Daemon, name: str) -> dict[str, Any]:

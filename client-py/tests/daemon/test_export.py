@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 from pdn.cli import build
 from pdn.client import connect
-from pdn.console.g2o import read_g2o
 from pdn.console.journal_file import read_journal
+from pdn.console.pose_graph import read_pose_graph
 from pdn.sim import flight, remote, scenario_file
 from pdn.sim.record import Run
 
@@ -63,7 +63,7 @@ def test_a_mission_is_exported_and_read_back(daemon: Daemon, flown: tuple[Path, 
     assert chosen <= {row["decision"] for row in rows["candidates"]}
     assert all(float(row["sigma_x_m"]) > 0 for row in rows["keyframes"])
 
-    graph = read_g2o(g2o)
+    graph = read_pose_graph(g2o.read_bytes(), str(g2o))
     assert len(graph.vertices) == keyframes
     steps = {(edge.from_, edge.to): edge for edge in graph.edges}
     assert len(steps) == keyframes - 1

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import typer
 
-from . import export, import_g2o, mission, watch
+from . import export, import_graph, mission, watch
 
 
 def register(app: typer.Typer) -> None:
-    """Adds `mission`, `watch`, `import-g2o` and `export`."""
+    """Adds `mission`, `watch`, `import` and `export`."""
     mission.register(app)
     watch.register(app)
-    import_g2o.register(app)
+    import_graph.register(app)
     export.register(app)
