@@ -93,7 +93,7 @@ def end_of_item(text: str, start: int) -> int:
 
 
 def exported(root: str, modules: set[str]) -> dict[str, str]:
-    """The module that each name at a crate's root comes from; what the root declares itself comes from none."""
+    """The module that each name at a crate's root comes from; what the root declares comes from none."""
     origins = {module: module for module in modules}
     for use in USE.finditer(root):
         if use["module"] in modules:

@@ -14,7 +14,7 @@ pub struct Layers {
     unknown_variables: Vec<String>,
 }
 
-/// What is wrong with the settings, and where. Each is mended by the person who gave them.
+/// What is wrong with the settings, and where. Each is repaired by the person who gave them.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SettingsError {

@@ -67,8 +67,9 @@ pub fn left_jacobian(xi: &Vector6<f64>) -> Matrix6<f64> {
 }
 
 /// The inverse of [`left_jacobian`]: [[K, E], [0, K]], K the inverse left Jacobian of SO(3) at phi and E its
-/// derivative along rho, E = -hat(rho) / 2 + e (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) e'
-/// hat(phi)^2, e = (1 - x cot x) / theta^2, x = theta / 2. Regular for theta < 2 pi.
+/// derivative along rho,
+/// E = -hat(rho) / 2 + e (hat(phi) hat(rho) + hat(rho) hat(phi)) + (phi . rho) e' hat(phi)^2,
+/// e = (1 - x cot x) / theta^2, x = theta / 2. Regular for theta < 2 pi.
 pub fn left_jacobian_inverse(xi: &Vector6<f64>) -> Matrix6<f64> {
     let (rho, phi) = parts(xi);
     let second = coefficients::second_of_inverse(phi.norm_squared());

@@ -1,11 +1,11 @@
 //! Perception-driven navigation: from a snapshot of a mission to a decision [PDN12, III].
 //!
-//! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, handed on from one snapshot to
-//! the next: `spatial`. The steps of the paper: [`saliency`] (III.A), [`cluster`] and [`waypoint`] (III.B),
-//! [`route`] and [`round_trip`] (III.C), [`link_model`] (eq. 2), [`registration`] (eq. 3),
-//! [`expected_places`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`] (eqs. 5 to 9).
-//! Their composition: [`mod@decide`], with [`decision`] as the result and [`reason`] for the person who reads
-//! it.
+//! Reading order. What goes in: [`settings`], [`snapshot`]. What is near what, taken over from one
+//! snapshot by the next: `spatial`. The steps of the paper: [`saliency`] (III.A), [`cluster`] and
+//! [`waypoint`] (III.B), [`route`] and [`round_trip`] (III.C), [`link_model`] (eq. 2), [`registration`]
+//! (eq. 3), [`expected_places`] (eqs. 1, 3), [`belief`] (eq. 4), [`coverage`] (A_covered), [`reward`]
+//! (eqs. 5 to 9). Their composition: [`mod@decide`], with [`decision`] as the result and [`reason`] for
+//! the person who reads it.
 //!
 //! Everything is a pure function of the snapshot: no clock, no randomness, no hash order. Threads appear only
 //! where candidates are spread over a pool ([`belief::expect_all`]), and the result does not depend on their

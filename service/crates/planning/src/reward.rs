@@ -49,8 +49,8 @@ impl Scale {
         let uncertainty = if uncertainty_ratio < 1.0 { 0.0 } else { uncertainty_ratio }; // eq. 5
         let area = self.area(0.0);
         let penalty = self.penalty(uncertainty, area);
-        // eq. 8
-        Ok(Exploration { covariance, uncertainty, uncertainty_ratio, area, penalty, reward: -penalty })
+        let reward = -penalty; // eq. 8
+        Ok(Exploration { covariance, uncertainty, uncertainty_ratio, area, penalty, reward })
     }
 
     /// Area of a detour: A_redundant is its round-trip length times the swath.

@@ -35,7 +35,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Between relinearisations of the whole graph a keyframe is linearised anew once its step exceeds this, m
-/// and rad: a loop closure that moves the whole graph by less costs one way to the root.
+/// and rad: a loop closure that moves the whole graph by less costs one path to the root.
 const STREAM_TOLERANCE: f64 = 2e-2;
 
 /// Gauss-Newton steps that one group gets at most between relinearisations of the whole graph; what is left

@@ -1,6 +1,6 @@
 //! The order of events: each number is applied once, in order, whatever the order of arrival.
 //!
-//! An event whose number is due is handed on at once, with those that waited for it. A later one waits in a
+//! An event whose number is due is released at once, with those that waited for it. A later one waits in a
 //! buffer that is bounded in events and in bytes. A repeat is ignored if its content is the same, else it is
 //! a conflict. What the content of an event is worth is not judged here: a number is consumed whether or not
 //! the mission then refuses the content.

@@ -20,8 +20,8 @@
 //!
 //! Nothing here reads a clock or starts a thread, and only [`journal`] does input and output: the time is
 //! passed in, questions that take long are jobs that the caller runs where it likes, and what is to be
-//! written waits to be taken ([`Vehicle::take_unwritten`]), since [`Vehicle::configure`],
-//! [`Vehicle::offer`], [`Vehicle::command`] and [`Mission::record`] are all that changes one.
+//! written waits to be taken ([`Vehicle::take_unwritten`]). Configurations, events, commands and
+//! decisions are all that adds to a history, and a restart.
 
 pub mod limits;
 
@@ -46,16 +46,21 @@ pub mod request;
 
 mod convert;
 
-mod coverage_tracker;
-mod fold;
 mod gate;
+
 mod graph_builder;
+
+mod coverage_tracker;
+
+mod fold;
 
 mod ingest;
 mod record_log;
 
-pub mod answer;
 pub mod checkpoint;
+
+pub mod answer;
+
 pub mod mission;
 
 pub mod recovery;

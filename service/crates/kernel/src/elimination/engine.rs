@@ -14,8 +14,8 @@ use crate::{KernelError, Node};
 const QUALITY_LOSS: f64 = 2.0;
 
 /// So they are once the tree is higher than this many times what it was when last ordered, and `ROOM_ABOVE`
-/// fronts more: every candidate goes the way to the root. New keyframes come in at the top, where they make a
-/// chain.
+/// fronts more: every candidate goes along a path to the root. New keyframes come in at the top, where they
+/// make a chain.
 const HEIGHT_LOSS: u32 = 2;
 const ROOM_ABOVE: u32 = 128;
 

@@ -5,8 +5,8 @@ use crate::so3;
 
 /// A registration of two cameras, which tells rotation and direction of their baseline, not its length.
 ///
-/// With T = C_i^-1 C_j, C = X * body_from_camera, u = t / |t| and the measured direction z and rotation Z: r
-/// = [b1.u; b2.u; Log(Z^T R)]. The basis (b1, b2) of the plane normal to z has no singular direction: with
+/// With T = C_i^-1 C_j, C = X * body_from_camera, u = t / |t| and the measured direction z and rotation Z:
+/// r = [b1.u; b2.u; Log(Z^T R)]. The basis (b1, b2) of the plane normal to z has no singular direction: with
 /// e_a the coordinate axis of smallest |z_a| (the lowest on a tie), b1 = normalize(z x e_a) and b2 = z x b1.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CameraMeasurement {

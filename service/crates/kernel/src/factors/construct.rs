@@ -29,8 +29,8 @@ impl Factor {
         Ok(Self::unary(FactorKind::Prior, node, measurement, whitening))
     }
 
-    /// How the vehicle moved: `relative` maps `to` into `from`. Residual Log(Z^-1 X_from^-1 X_to) (`[PDN12,
-    /// eq. 1]`).
+    /// How the vehicle moved: `relative` maps `to` into `from`. Residual Log(Z^-1 X_from^-1 X_to)
+    /// (`[PDN12, eq. 1]`).
     pub fn odometry(
         from: Node,
         to: Node,

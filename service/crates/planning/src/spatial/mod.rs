@@ -1,8 +1,8 @@
 //! What is near what, found from where points are now and from an index of where they were.
 //!
 //! `grid` has points that stand still, `spatial_index` nodes that move a little (which are near a place?),
-//! `verlet_lists` the neighbours of each (which are near it?). The latter two are handed on from one snapshot
-//! to the next.
+//! `verlet_lists` the neighbours of each (which are near it?). The latter two are taken over from one
+//! snapshot by the next.
 
 mod grid;
 mod spatial_index;

@@ -1,4 +1,4 @@
-//! Where nodes are, searched by distance; most of it is handed on from one snapshot to the next.
+//! Where nodes are, searched by distance; most of it is taken over from one snapshot by the next.
 //!
 //! A grid is made once, for reference positions. While a node is within a slack of its reference position, a
 //! search that reaches farther by the slack finds it there, and its distance is that from where it is now.

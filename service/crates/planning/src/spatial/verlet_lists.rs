@@ -1,4 +1,4 @@
-//! For each of many points that move a little those near it: Verlet lists, handed on from one state to the
+//! For each of many points that move a little those near it: Verlet lists, taken over from one state by the
 //! next.
 //!
 //! A list has the points that were within a reach and a skin when it was made. Until one of two points has

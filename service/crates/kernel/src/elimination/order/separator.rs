@@ -15,7 +15,7 @@ const GREATEST_SHARE: f64 = 0.6;
 /// Passes over one separator at most.
 const PASSES: usize = 2;
 /// A pass ends after so many moves without improvement.
-const PATIENCE: usize = 40;
+const MAX_STALLED_MOVES: usize = 40;
 
 /// A division of a graph's vertices into two sides and a separator: no edge joins the sides.
 #[derive(Clone, Debug)]
@@ -64,7 +64,7 @@ impl Division {
         let mut moves: Vec<(u32, u8)> = Vec::new();
         let mut moves_to_best = 0;
         let mut since_best = 0;
-        while since_best < PATIENCE {
+        while since_best < MAX_STALLED_MOVES {
             let Some((gain, Reverse(vertex), side)) = queue.heap.pop() else { break };
             if locked[vertex as usize] || self.place[vertex as usize] != BETWEEN {
                 continue;

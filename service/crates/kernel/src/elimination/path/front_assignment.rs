@@ -31,7 +31,7 @@ pub(super) fn is_above(tree: &Tree, upper: u32, front: u32) -> bool {
 }
 
 /// The front that eliminates each retained place: at or above all fronts in `anchors` that it is tied to, and
-/// on one way to the root with the fronts of its neighbours along the path.
+/// on one path to the root with the fronts of its neighbours along the path.
 ///
 /// `anchors` are pairs of a retained place's index (any other number for the terminal node, which `TOP`
 /// eliminates) and a front, in any order; each retained place has one. Neighbours that are not on one way are
