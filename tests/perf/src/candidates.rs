@@ -126,6 +126,7 @@ fn settings() -> Settings {
         waypoint_local_saliency: 0.5,
         eps_m: 1.5,
         min_points: 4,
+        max_cluster_radius_m: None,
         edge_radius_m: None,
         sample_spacing_m: None,
         min_revisit_m: 3.0,

@@ -1,5 +1,5 @@
-//! Density-based clustering, DBSCAN [PDN12, III.B], with labels that do not depend on the order of the
-//! points.
+//! Density-based clustering, DBSCAN [PDN12, III.B], and representatives of a cluster. Neither depends on the
+//! order of the points.
 
 use crate::distance::nanometres;
 use nalgebra::Vector3;
@@ -49,6 +49,29 @@ pub fn dbscan(neighbours: &[Vec<(usize, i64)>], min_points: usize) -> Vec<Vec<us
     }
     clusters.sort();
     clusters
+}
+
+/// Who represents a cluster: points with their members, by falling score (greedy non-maximum suppression).
+///
+/// Of the points left, the one of the greatest score, ties to the lower index, represents those within
+/// `radius_m` of it, itself included; so on until none is left. So each point is within the radius of its
+/// representative, and two representatives are farther apart than the radius. Members are ascending.
+///
+/// Cost: points times representatives.
+pub fn representatives(scores: &[f64], places: &[Vector3<f64>], radius_m: f64) -> Vec<(usize, Vec<usize>)> {
+    let limit = nanometres(radius_m);
+    let mut left: Vec<usize> = (0..scores.len()).collect();
+    let mut found = Vec::new();
+    while let Some(&first) = left.first() {
+        let better = |best, other| if scores[other] > scores[best] { other } else { best };
+        let best = left.iter().copied().fold(first, better);
+        let is_near =
+            |&other: &usize| other == best || nanometres((places[other] - places[best]).norm()) <= limit;
+        let (near, far) = left.into_iter().partition(is_near);
+        found.push((best, near));
+        left = far;
+    }
+    found
 }
 
 /// Of these points those within `eps_m` of a place, with their distances in nanometres.

@@ -3,7 +3,7 @@
 use pdn_kernel::Node;
 use pdn_kernel::se3::Pose;
 
-/// A cluster of salient keyframes, and the one that represents it.
+/// A keyframe that represents a cluster of salient keyframes, or what of a large cluster is near it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waypoint {
     /// Id of the representative keyframe.
@@ -14,9 +14,9 @@ pub struct Waypoint {
     pub pose: Pose,
     /// u = |Sigma|^(1/6) of its marginal.
     pub marginal_uncertainty: f64,
-    /// S_G * u_min / u, by which it was chosen; u_min is the least in the cluster.
+    /// S_G * u_min / u, by which it was chosen; u_min is the least in the whole cluster.
     pub score: f64,
-    /// Ids of the cluster's keyframes, sorted.
+    /// Ids of the keyframes that it represents, its own among them, sorted.
     pub members: Vec<u64>,
     /// The way from the robot; none if there is none.
     pub route: Option<Route>,

@@ -16,6 +16,9 @@ pub struct Settings {
     pub eps_m: f64,
     /// Keyframes within that radius, itself included, that make a core point.
     pub min_points: usize,
+    /// Greatest distance of a waypoint's members from its representative, m; none: 24 times the median
+    /// distance of consecutive keyframes.
+    pub max_cluster_radius_m: Option<f64>,
     /// Two keyframes are connected for the search if closer than this, m; none: 2.6 times the median distance
     /// of consecutive keyframes.
     pub edge_radius_m: Option<f64>,
@@ -35,8 +38,8 @@ pub struct Settings {
     pub swath_m: f64,
     /// Whether virtual nodes get the information of attitude and depth sensors.
     pub expect_absolute: bool,
-    /// Standard deviations of dead reckoning per square root of metre, `[m; rad]` in body axes [PDN12, eq.
-    /// 1].
+    /// Standard deviations of dead reckoning per square root of metre, `[m; rad]` in body axes
+    /// [PDN12, eq. 1].
     pub odometry_sigmas_per_sqrt_m: Vector6<f64>,
     /// Standard deviation of each tilt, rad; none if there is no attitude sensor.
     pub tilt_sigma_rad: Option<f64>,
@@ -61,6 +64,7 @@ impl Settings {
         check_share("planner.waypoint_local_saliency", self.waypoint_local_saliency)?;
         check_positive("planner.eps_m", self.eps_m)?;
         check_at_least_one("planner.min_points", self.min_points)?;
+        check_optional("planner.max_cluster_radius_m", self.max_cluster_radius_m)?;
         check_optional("planner.edge_radius_m", self.edge_radius_m)?;
         check_optional("planner.sample_spacing_m", self.sample_spacing_m)?;
         check_not_negative("planner.min_revisit_m", self.min_revisit_m)?;

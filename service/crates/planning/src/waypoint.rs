@@ -9,7 +9,7 @@ use crate::round_trip::SAME_PLACE_M;
 use crate::route::routes;
 use crate::settings::Settings;
 use crate::snapshot::Snapshot;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 use pdn_kernel::{Node, gaussian};
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ pub fn waypoints(snapshot: &Snapshot) -> Result<&[Waypoint], PlanningError> {
     let found = get_or_try_init(&snapshot.derived.waypoints, || {
         let clusters = clusters(snapshot);
         let uncertainties = uncertainties(snapshot, clusters.iter().flatten().map(|&(_, node)| node))?;
-        let chosen = clusters.into_iter().map(|members| represent(snapshot, &uncertainties, members));
+        let chosen = clusters.iter().flat_map(|cluster| represent(snapshot, &uncertainties, cluster));
         let mut chosen: Vec<Waypoint> = chosen.collect();
         chosen.sort_by_key(|waypoint| waypoint.keyframe);
         let goals: Vec<Node> = chosen.iter().map(|waypoint| waypoint.node).collect();
@@ -73,33 +73,33 @@ fn uncertainties(
     known.map(|(node, marginal)| Ok((node, sixth_root_determinant(marginal)?))).collect()
 }
 
-/// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose; ties to the lower id.
+/// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose, represents those within
+/// `max_cluster_radius_m` of it; what is left of the cluster is represented in the same way. u_min is always
+/// that of the whole cluster: it is a factor of all its scores alike, which so fall from each to the next.
 fn represent(
     snapshot: &Snapshot,
     uncertainties: &BTreeMap<Node, f64>,
-    members: Vec<(u64, Node)>,
-) -> Waypoint {
-    let uncertainties: Vec<f64> = members.iter().map(|(_, node)| uncertainties[node]).collect();
-    let least = uncertainties.iter().copied().fold(f64::INFINITY, f64::min);
-    let score =
-        |index: usize| snapshot.keyframe(members[index].1).saliency.global * (least / uncertainties[index]);
-    let mut best = 0;
-    for index in 1..members.len() {
-        if score(index) > score(best) {
-            best = index;
+    cluster: &[(u64, Node)],
+) -> Vec<Waypoint> {
+    let least = cluster.iter().map(|(_, node)| uncertainties[node]).fold(f64::INFINITY, f64::min);
+    let score = |node: Node| snapshot.keyframe(node).saliency.global * (least / uncertainties[&node]);
+    let scores: Vec<f64> = cluster.iter().map(|&(_, node)| score(node)).collect();
+    let places: Vec<Vector3<f64>> = cluster.iter().map(|&(_, node)| snapshot.body(node)).collect();
+    let represented = cluster::representatives(&scores, &places, snapshot.max_cluster_radius_m());
+    let waypoint = |(best, members): (usize, Vec<usize>)| {
+        let (keyframe, node) = cluster[best];
+        Waypoint {
+            keyframe,
+            node,
+            pose: snapshot.keyframe(node).world_from_body,
+            marginal_uncertainty: uncertainties[&node],
+            score: scores[best],
+            members: members.into_iter().map(|index| cluster[index].0).collect(),
+            route: None,
+            candidate: false,
         }
-    }
-    let (keyframe, node) = members[best];
-    Waypoint {
-        keyframe,
-        node,
-        pose: snapshot.keyframe(node).world_from_body,
-        marginal_uncertainty: uncertainties[best],
-        score: score(best),
-        members: members.into_iter().map(|(id, _)| id).collect(),
-        route: None,
-        candidate: false,
-    }
+    };
+    represented.into_iter().map(waypoint).collect()
 }
 
 /// |Sigma|^(1/6), from the logarithm of the determinant.

@@ -75,6 +75,10 @@ pub struct OdometryStep {
 /// Edge radius in medians of the distance of consecutive keyframes, where the mission names none.
 const EDGE_RADIUS_IN_SPACINGS: f64 = 2.6;
 
+/// Radius of a waypoint's members in medians of the distance of consecutive keyframes, where the mission
+/// names none: 12 m on the paper's hull, whose largest salient ellipse is 10 m long.
+const CLUSTER_RADIUS_IN_SPACINGS: f64 = 24.0;
+
 impl Snapshot {
     /// The newest keyframe: the robot, virtual node 0 [PDN12, III.D].
     ///
@@ -125,5 +129,12 @@ impl Snapshot {
     pub fn edge_radius_m(&self) -> f64 {
         let by_spacing = || EDGE_RADIUS_IN_SPACINGS * self.spacing_m().unwrap_or(0.0);
         self.settings.edge_radius_m.unwrap_or_else(by_spacing)
+    }
+
+    /// Greatest distance of a waypoint's members from its representative, m: the mission's, or 24 times the
+    /// median distance of consecutive keyframes.
+    pub fn max_cluster_radius_m(&self) -> f64 {
+        let by_spacing = || CLUSTER_RADIUS_IN_SPACINGS * self.spacing_m().unwrap_or(0.0);
+        self.settings.max_cluster_radius_m.unwrap_or_else(by_spacing)
     }
 }

@@ -36,6 +36,7 @@ pub fn planner(config: &MissionConfig) -> Result<pdn_planning::Settings, StateEr
         waypoint_local_saliency: share("planner.waypoint_local_saliency", planner.waypoint_local_saliency)?,
         eps_m: positive("planner.eps_m", planner.eps_m)?,
         min_points: planner.min_points as usize,
+        max_cluster_radius_m: optional("planner.max_cluster_radius_m", planner.max_cluster_radius_m)?,
         edge_radius_m: optional("planner.edge_radius_m", planner.edge_radius_m)?,
         sample_spacing_m: optional("planner.sample_spacing_m", planner.sample_spacing_m)?,
         min_revisit_m: not_negative("planner.min_revisit_m", planner.min_revisit_m)?,
