@@ -250,7 +250,7 @@ def test_the_waypoints_are_those_of_the_page(audited: Audited) -> None:
 LINE = 60
 STEP_M = 0.5
 # Saliency that prefers neither end: the best is in the middle, and the next are found on both sides of it.
-WORTH = {"uniform": lambda k: 0.5, "middle": lambda k: 0.9 - 0.01 * abs(k - 30)}
+WORTH = {"uniform": lambda _: 0.5, "middle": lambda k: 0.9 - 0.01 * abs(k - 30)}
 
 
 @pytest.mark.parametrize("worth", sorted(WORTH))

@@ -10,8 +10,8 @@ use crate::KernelError;
 /// Entries (i, j) and (j, i) of A S A^T, n by n, are summed in different orders. Each errs by at most
 /// g sum_kl |a_ik s_kl a_jl|, g = 2n u to first order, with unit roundoff u = 2^-24. With S = D R D, D its
 /// standard deviations and R its correlations, and b_i = D a_i, the variance of component i is
-/// b_i^T R b_i >= r |b_i|^2, r the least eigenvalue of R, and |r_kl| <= 1, so that by Cauchy-Schwarz the sum is
-/// at most |b_i|_1 |b_j|_1 <= n |b_i| |b_j| <= (n / r) sigma_i sigma_j; for uncorrelated S at most
+/// b_i^T R b_i >= r |b_i|^2, r the least eigenvalue of R, and |r_kl| <= 1, so that by Cauchy-Schwarz the sum
+/// is at most |b_i|_1 |b_j|_1 <= n |b_i| |b_j| <= (n / r) sigma_i sigma_j; for uncorrelated S at most
 /// sigma_i sigma_j. So the two differ by at most 2 g = 24 u of that product for uncorrelated S of n = 6,
 /// whatever the lever arm in A, and by 2 g n = 144 u for r = 1. That is the tolerance. Measured: 4e-7 for one
 /// product, with lever arms of 100 m and correlations; 2.8e-6 for 1,000 steps compounded. Strong cancellation

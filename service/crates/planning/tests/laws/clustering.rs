@@ -1,5 +1,5 @@
-//! DBSCAN against a naive one that follows the definition, representatives against what they promise, and both
-//! against another order of the points.
+//! DBSCAN against a naive one that follows the definition and against another order of the points;
+//! representatives against what they promise.
 
 use crate::draw::Draw;
 use nalgebra::Vector3;
