@@ -247,6 +247,7 @@ def waypoints(graph: Graph, global_saliency: dict[int, float]) -> list[Json]:
     u = {k: _sixth_root(covariance, graph.index[k]) for k in salient}
     steps = np.diff(np.array(graph.pose)[:, :3, 3], axis=0)
     radius = planner["max_cluster_radius_m"] or 24 * np.median(np.linalg.norm(steps, axis=1))
+    limit = round(min(radius, 1e9) * 1e9)  # in nanometres; no survey is a million kilometres wide
     found = []
     for cluster in _dbscan(places, salient, planner["eps_m"], planner["min_points"]):
         least = min(u[k] for k in cluster)
@@ -254,7 +255,7 @@ def waypoints(graph: Graph, global_saliency: dict[int, float]) -> list[Json]:
         left = sorted(cluster)
         while left:
             best = max(left, key=lambda k: score[k])
-            members = [k for k in left if _nanometres(places[k] - places[best]) <= round(radius * 1e9)]
+            members = [k for k in left if _nanometres(places[k] - places[best]) <= limit]
             found.append({"keyframe": best, "score": score[best], "members": members})
             left = [k for k in left if k not in members]
     return sorted(found, key=lambda waypoint: waypoint["keyframe"])

@@ -259,7 +259,7 @@ def test_a_long_salient_line_is_represented_by_the_page(
     daemon: Daemon, worth: str, radius_m: float | None
 ) -> None:
     """One cluster along 30 m: 24 spacings are 12 m, and each keyframe is within that of its waypoint."""
-    name = f"line-{worth}-{radius_m}".replace(".", "-").replace("+", "")
+    name = f"line-{worth}-{radius_m}".lower().replace(".", "-").replace("+", "")
     with open_session(daemon.endpoint) as session:
         vehicle = JsonVehicle(session, name, name)
         planner = {"max_cluster_radius_m": radius_m}
