@@ -286,11 +286,12 @@ mod tests {
         let mut transposed = covariance;
         let block = covariance.fixed_view::<3, 3>(0, 3).transpose();
         transposed.fixed_view_mut::<3, 3>(0, 3).copy_from(&block);
-        for mistake in [swapped, transposed] {
-            let error = validate(&mistake).expect_err("it is no covariance");
-            assert!(matches!(error, KernelError::NotSymmetric { .. }), "{error}");
-            assert!(error.to_string().contains("of the product of their standard deviations"), "{error}");
-        }
+        // The swap puts a negative covariance on the diagonal, which is told first.
+        let error = validate(&swapped).expect_err("it is no covariance");
+        assert!(matches!(error, KernelError::CovarianceNotPositiveDefinite { index: 0 | 1, .. }), "{error}");
+        let error = validate(&transposed).expect_err("it is no covariance");
+        assert!(matches!(error, KernelError::NotSymmetric { row: 4, column: 0, .. }), "{error}");
+        assert!(error.to_string().contains("of the product of their standard deviations"), "{error}");
     }
 
     /// Whoever computes A Sigma A^T gets mirrored entries that differ by roundings.
