@@ -290,7 +290,7 @@ mod tests {
         let error = validate(&swapped).expect_err("it is no covariance");
         assert!(matches!(error, KernelError::CovarianceNotPositiveDefinite { index: 0 | 1, .. }), "{error}");
         let error = validate(&transposed).expect_err("it is no covariance");
-        assert!(matches!(error, KernelError::NotSymmetric { row: 4, column: 0, .. }), "{error}");
+        assert!(matches!(error, KernelError::NotSymmetric { row: 3, column: 1, .. }), "{error}");
         assert!(error.to_string().contains("of the product of their standard deviations"), "{error}");
     }
 
