@@ -232,3 +232,57 @@ def link_probability(config: Json, events: list[tuple[str, Json]], graph: Graph)
 
 def saliency_bin(local: float, bins: int) -> int:
     return min(int(local * bins), bins - 1)
+
+
+def waypoints(graph: Graph, global_saliency: dict[int, float]) -> list[Json]:
+    """Keyframes that represent clusters of the salient set, by the page: DBSCAN, then in each cluster the
+    greatest S_G * u_min / u represents what is within the radius, and so on with what is left.
+    """
+    planner = graph.config["planner"]
+    places = {k: graph.pose[i][:3, 3] for k, i in graph.index.items()}
+    salient = sorted(
+        k for k, i in graph.index.items() if graph.local[i] >= planner["waypoint_local_saliency"]
+    )
+    covariance = invert(graph.information)
+    u = {k: _sixth_root(covariance, graph.index[k]) for k in salient}
+    steps = np.diff(np.array(graph.pose)[:, :3, 3], axis=0)
+    radius = planner["max_cluster_radius_m"] or 24 * np.median(np.linalg.norm(steps, axis=1))
+    limit = round(min(radius, 1e9) * 1e9)  # in nanometres; no survey is a million kilometres wide
+    found = []
+    for cluster in _dbscan(places, salient, planner["eps_m"], planner["min_points"]):
+        least = min(u[k] for k in cluster)
+        score = {k: global_saliency[k] * least / u[k] for k in cluster}
+        left = sorted(cluster)
+        while left:
+            best = max(left, key=lambda k: score[k])
+            members = [k for k in left if _nanometres(places[k] - places[best]) <= limit]
+            found.append({"keyframe": best, "score": score[best], "members": members})
+            left = [k for k in left if k not in members]
+    return sorted(found, key=lambda waypoint: waypoint["keyframe"])
+
+
+def _sixth_root(covariance: np.ndarray, index: int) -> float:
+    block = covariance[6 * index : 6 * index + 6, 6 * index : 6 * index + 6]
+    return float(np.exp(np.linalg.slogdet(block)[1] / 6))
+
+
+def _nanometres(difference: np.ndarray) -> int:
+    return round(float(np.linalg.norm(difference)) * 1e9)
+
+
+def _dbscan(places: dict[int, np.ndarray], ids: list[int], eps: float, points: int) -> list[set[int]]:
+    """Core keyframes joined step by step; a border keyframe goes with the nearest core keyframe."""
+    limit = round(eps * 1e9)
+    near = {a: {b: d for b in ids if (d := _nanometres(places[a] - places[b])) <= limit} for a in ids}
+    label = {k: k for k in ids if len(near[k]) >= points}
+    while True:
+        joined = {k: min(label[o] for o in near[k] if o in label) for k in label}
+        if joined == label:
+            break
+        label = joined
+    clusters: dict[int, set[int]] = {}
+    for k in ids:
+        core = min((o for o in near[k] if o in label), key=lambda o, k=k: (near[k][o], o), default=None)
+        if core is not None:
+            clusters.setdefault(label[core], set()).add(k)
+    return list(clusters.values())

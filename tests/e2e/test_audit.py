@@ -18,6 +18,7 @@ from auditor import (
     nearest,
     ratio,
     saliency_bin,
+    waypoints,
 )
 from auditor_math import inverse
 from conftest import Daemon
@@ -44,6 +45,7 @@ class Audited:
             self.graph_reply = vehicle.ask("rpc/graph", marginals="true")
             self.link_model = vehicle.ask("rpc/link_model")
             self.coverage = vehicle.ask("rpc/coverage")
+            self.waypoints = vehicle.ask("rpc/waypoints")["waypoints"]
             self.what_if = vehicle.ask("rpc/decision", alpha=0.0)
             self.after = vehicle.ask("rpc/mission")
         self.events = vehicle.events
@@ -238,3 +240,63 @@ def test_a_what_if_changes_nothing(audited: Audited) -> None:
     assert audited.what_if["action"] == {"explore": {}}
     assert audited.after["decisions"] == 1
     assert audited.after["revisits"] == 1
+
+
+def test_the_waypoints_are_those_of_the_page(audited: Audited) -> None:
+    check_waypoints(audited.graph, audited.events, audited.waypoints)
+    assert len(audited.waypoints) >= 2
+
+
+LINE = 60
+STEP_M = 0.5
+# Saliency that prefers neither end: the best is in the middle, and the next are found on both sides of it.
+WORTH = {"uniform": lambda _: 0.5, "middle": lambda k: 0.9 - 0.01 * abs(k - 30)}
+
+
+@pytest.mark.parametrize("worth", sorted(WORTH))
+@pytest.mark.parametrize("radius_m", [None, 4.0, 1e308])
+def test_a_long_salient_line_is_represented_by_the_page(
+    daemon: Daemon, worth: str, radius_m: float | None
+) -> None:
+    """One cluster along 30 m: 24 spacings are 12 m, and each keyframe is within that of its waypoint."""
+    name = f"line-{worth}-{radius_m}".lower().replace(".", "-").replace("+", "")
+    with open_session(daemon.endpoint) as session:
+        vehicle = JsonVehicle(session, name, name)
+        planner = {"max_cluster_radius_m": radius_m}
+        state = vehicle.ask("op/configure", config(name, planner=planner))
+        vehicle.ask("op/start", {"reason": "audit"})
+        fly_line(vehicle, WORTH[worth])
+        replied = vehicle.ask("rpc/waypoints", after=vehicle.seq - 1)["waypoints"]
+        graph = build_graph(state["config"], vehicle.events, vehicle.ask("rpc/graph", marginals="true"))
+    check_waypoints(graph, vehicle.events, replied)
+    assert sum(len(waypoint["members"]) for waypoint in replied) == LINE
+    assert (len(replied) == 1) == (radius_m == 1e308)
+
+
+def fly_line(vehicle: JsonVehicle, worth: Any) -> None:
+    """Straight ahead over texture that is rich everywhere; odometry and depth say exactly that."""
+    level = [0.0, 0.0, 0.0, 1.0]
+    noise = np.diag(np.r_[np.full(3, 1e-4), np.full(3, 1e-6)]).ravel().tolist()
+    for k in range(LINE):
+        pose = {"translation": [0.0, 0.0, 6.5], "rotation": level} if k == 0 else None
+        saliency = {"local": 0.9, "global": worth(k)}
+        vehicle.event(
+            "keyframe", {"id": k, "pose": pose, "camera": None, "appearance": {"saliency": saliency}}
+        )
+        if k:
+            step = {"translation": [STEP_M, 0.0, 0.0], "rotation": level}
+            body = {"from": k - 1, "to": k, "relative": step, "covariance": noise}
+            vehicle.event("factor", {"factor": {"odometry": body}})
+        depth = {"keyframe": k, "depth_m": 6.5, "variance_m2": 4e-4}
+        vehicle.event("factor", {"factor": {"depth": depth}})
+
+
+def check_waypoints(graph: Graph, events: list[tuple[str, Json]], replied: list[Json]) -> None:
+    worth = {
+        event["id"]: event["appearance"]["saliency"]["global"] for kind, event in events if kind == "keyframe"
+    }
+    expected = waypoints(graph, worth)
+    assert [waypoint["keyframe"] for waypoint in replied] == [waypoint["keyframe"] for waypoint in expected]
+    for got, truth in zip(replied, expected, strict=True):
+        assert got["members"] == truth["members"]
+        assert got["score"] == pytest.approx(truth["score"], rel=SCALED)

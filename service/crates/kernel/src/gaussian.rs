@@ -4,9 +4,19 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::KernelError;
 
-/// Mirrored entries may differ by this share of the product of their standard deviations: room for the
-/// rounding of whoever computed the covariance, none for a mistake.
-pub const SYMMETRY_TOLERANCE: f64 = 1e-9;
+/// Mirrored entries may differ by this share of the product of their standard deviations, 8.6e-6: room for
+/// whoever computed the covariance in single precision, none for a mistake.
+///
+/// Entries (i, j) and (j, i) of A S A^T, n by n, are summed in different orders. Each errs by at most
+/// g sum_kl |a_ik s_kl a_jl|, g = 2n u to first order, with unit roundoff u = 2^-24. With S = D R D, D its
+/// standard deviations and R its correlations, and b_i = D a_i, the variance of component i is
+/// b_i^T R b_i >= r |b_i|^2, r the least eigenvalue of R, and |r_kl| <= 1, so that by Cauchy-Schwarz the sum
+/// is at most |b_i|_1 |b_j|_1 <= n |b_i| |b_j| <= (n / r) sigma_i sigma_j; for uncorrelated S at most
+/// sigma_i sigma_j. So the two differ by at most 2 g = 24 u of that product for uncorrelated S of n = 6,
+/// whatever the lever arm in A, and by 2 g n = 144 u for r = 1. That is the tolerance. Measured: 4e-7 for one
+/// product, with lever arms of 100 m and correlations; 2.8e-6 for 1,000 steps compounded. Strong cancellation
+/// (r far below 1) can exceed it and is refused: such entries are rounding for the most part.
+pub const SYMMETRY_TOLERANCE: f64 = 144.0 / 16_777_216.0;
 
 /// The lower Cholesky factor L of a covariance Sigma = L L^T, D from 1 to 6.
 ///
@@ -198,6 +208,90 @@ mod tests {
             validate(&singular),
             Err(KernelError::CovarianceNotPositiveDefinite { index: 1, .. })
         ));
+    }
+
+    /// J S J^T in single precision, summed from the left; J is a rotation with a lever arm of up to 100 m.
+    fn in_single_precision(sigmas: &[f64], turn: &nalgebra::Vector3<f64>, arm_m: f64) -> Matrix6<f64> {
+        let rotation = crate::so3::exp(turn);
+        let arm = nalgebra::Vector3::new(arm_m, -0.3 * arm_m, 0.7 * arm_m);
+        let carry = crate::se3::adjoint(&crate::se3::Pose::from_parts(arm.into(), rotation)).cast::<f32>();
+        let diagonal = SVector::<f64, 6>::from_column_slice(sigmas).map(|sigma| sigma * sigma);
+        let sigma = Matrix6::from_diagonal(&diagonal).cast::<f32>();
+        ((carry * sigma) * carry.transpose()).cast::<f64>()
+    }
+
+    fn greatest_asymmetry(covariance: &Matrix6<f64>) -> f64 {
+        let sigmas = covariance.diagonal().map(f64::sqrt);
+        (covariance - covariance.transpose()).component_div(&(sigmas * sigmas.transpose())).amax()
+    }
+
+    proptest! {
+        // Uncorrelated before: at most 24 roundings of 2^-24, a sixth of what is taken.
+        #[test]
+        fn single_precision_is_taken(
+            sigmas in prop::collection::vec(1e-3..1e-1f64, 6),
+            turn in crate::testing::rotation_vectors(),
+            arm_m in -1.0..1.0f64,
+        ) {
+            let covariance = in_single_precision(&sigmas, &turn, arm_m);
+            prop_assert!(greatest_asymmetry(&covariance) <= SYMMETRY_TOLERANCE / 6.0);
+            let lower = cholesky(&covariance).map_err(|error| TestCaseError::fail(error.to_string()))?;
+            // What is used is the mean: half the difference away, and roundings of the factor.
+            let used = lower * lower.transpose();
+            let scale = covariance.diagonal().map(f64::sqrt);
+            let away = (used - covariance).component_div(&(scale * scale.transpose())).amax();
+            prop_assert!(away <= SYMMETRY_TOLERANCE / 2.0 + 1e-14);
+        }
+
+        // The determinant of an arm of 100 m is beyond single precision, its symmetry is not.
+        #[test]
+        fn a_lever_arm_makes_no_asymmetry(
+            sigmas in prop::collection::vec(1e-3..1e-1f64, 6),
+            turn in crate::testing::rotation_vectors(),
+            arm_m in -100.0..100.0f64,
+        ) {
+            let covariance = in_single_precision(&sigmas, &turn, arm_m);
+            let refused = matches!(validate(&covariance), Err(KernelError::NotSymmetric { .. }));
+            prop_assert!(!refused);
+        }
+
+        // Ten times the tolerance is a mistake, in any entry and whichever the scale.
+        #[test]
+        fn mistakes_are_refused(sigma in covariances::<6>(), row in 1..6usize, column in 0..5usize) {
+            prop_assume!(column < row);
+            let mut broken = sigma;
+            let scale = (sigma[(row, row)] * sigma[(column, column)]).sqrt();
+            broken[(row, column)] += 1e-4 * scale;
+            match validate(&broken) {
+                Err(KernelError::NotSymmetric { row: r, column: c, difference_ratio }) => {
+                    prop_assert_eq!((r, c), (row, column));
+                    prop_assert!((difference_ratio - 1e-4).abs() < 1e-12);
+                }
+                other => prop_assert!(false, "{:?}", other),
+            }
+        }
+    }
+
+    /// Rows swapped, one block transposed: what a wrong layout looks like.
+    #[test]
+    fn wrong_layouts_are_refused() {
+        let covariance = in_single_precision(
+            &[0.01, 0.02, 0.03, 0.001, 0.002, 0.003],
+            &nalgebra::Vector3::new(0.4, -0.2, 0.9),
+            0.5,
+        );
+        assert!(validate(&covariance).is_ok());
+        let mut swapped = covariance;
+        swapped.swap_rows(0, 1);
+        let mut transposed = covariance;
+        let block = covariance.fixed_view::<3, 3>(0, 3).transpose();
+        transposed.fixed_view_mut::<3, 3>(0, 3).copy_from(&block);
+        // The swap puts a negative covariance on the diagonal, which is told first.
+        let error = validate(&swapped).expect_err("it is no covariance");
+        assert!(matches!(error, KernelError::CovarianceNotPositiveDefinite { index: 0 | 1, .. }), "{error}");
+        let error = validate(&transposed).expect_err("it is no covariance");
+        assert!(matches!(error, KernelError::NotSymmetric { row: 3, column: 1, .. }), "{error}");
+        assert!(error.to_string().contains("of the product of their standard deviations"), "{error}");
     }
 
     /// Whoever computes A Sigma A^T gets mirrored entries that differ by roundings.

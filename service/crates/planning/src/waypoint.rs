@@ -73,9 +73,9 @@ fn uncertainties(
     known.map(|(node, marginal)| Ok((node, sixth_root_determinant(marginal)?))).collect()
 }
 
-/// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose, represents those within
-/// `max_cluster_radius_m` of it; what is left of the cluster is represented in the same way. u_min is always
-/// that of the whole cluster: it is a factor of all its scores alike, which so fall from each to the next.
+/// The keyframe with the greatest S_G * u_min / u, the rarest view and the surest pose, represents those
+/// within `max_cluster_radius_m` of it; what is left of the cluster is represented in the same way. u_min is
+/// always that of the whole cluster: a factor of all its scores alike, which so fall from each to the next.
 fn represent(
     snapshot: &Snapshot,
     uncertainties: &BTreeMap<Node, f64>,

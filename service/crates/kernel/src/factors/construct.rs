@@ -9,6 +9,10 @@ use crate::gaussian::{square_root_information, standard_information, validate_fi
 use crate::{KernelError, Loss, Node, se3::Pose};
 
 /// How far the norm of a quaternion or of a direction may be from 1. What is nearer is normalised.
+///
+/// Normalised in single precision it is within 4 u = 2.4e-7 to first order, u = 2^-24 (for four components
+/// half of four roundings of the sum of squares, one of the root, one of the division; 2.6 u were measured),
+/// and written with nine digits within another u.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// One constructor a kind. All refuse numbers that are not finite (`NotFinite`), rotations and directions

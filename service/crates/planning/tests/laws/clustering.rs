@@ -1,8 +1,9 @@
-//! DBSCAN against a naive one that follows the definition, and against another order of the points.
+//! DBSCAN against a naive one that follows the definition and against another order of the points;
+//! representatives against what they promise.
 
 use crate::draw::Draw;
 use nalgebra::Vector3;
-use pdn_planning::cluster::dbscan;
+use pdn_planning::cluster::{dbscan, representatives};
 use pdn_planning::distance::nanometres;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -20,6 +21,41 @@ proptest! {
         let mut shuffled = points.clone();
         Draw(seed).shuffle(&mut shuffled);
         prop_assert_eq!(clusters(&points, eps_m, 4), clusters(&shuffled, eps_m, 4));
+    }
+
+    #[test]
+    fn representatives_are_near_their_own_and_far_from_each_other(
+        points in points(), radius_m in 0.3..4.0_f64, levels in 1..6_usize, seed: u64,
+    ) {
+        let places: Vec<Vector3<f64>> = points.iter().map(|point| point.place).collect();
+        let mut draw = Draw(seed);
+        let scores: Vec<f64> = places.iter().map(|_| draw.below(levels) as f64).collect(); // with ties
+        let found = representatives(&scores, &places, radius_m);
+        let distance = |one: usize, other: usize| nanometres((places[one] - places[other]).norm());
+        let mut members: Vec<usize> = found.iter().flat_map(|(_, members)| members.clone()).collect();
+        members.sort_unstable();
+        prop_assert_eq!(members, (0..places.len()).collect::<Vec<_>>());
+        for (at, (best, members)) in found.iter().enumerate() {
+            prop_assert!(members.contains(best) && members.is_sorted());
+            prop_assert!(members.iter().all(|&member| distance(member, *best) <= nanometres(radius_m)));
+            prop_assert!(found[..at].iter().all(|(other, _)| distance(*other, *best) > nanometres(radius_m)));
+            // Nobody who was left then is better, or as good with a lower index.
+            let left = found[at..].iter().flat_map(|(_, members)| members);
+            let rank = |index: usize| (-(scores[index] as i64), index);
+            prop_assert_eq!(left.map(|&member| rank(member)).min(), Some(rank(*best)));
+        }
+    }
+
+    #[test]
+    fn without_bound_the_best_represents_all(points in points(), seed: u64) {
+        let places: Vec<Vector3<f64>> = points.iter().map(|point| point.place).collect();
+        let mut draw = Draw(seed);
+        let scores: Vec<f64> = places.iter().map(|_| draw.below(3) as f64).collect();
+        let found = representatives(&scores, &places, f64::MAX);
+        let best = (0..places.len()).min_by_key(|&index| (-(scores[index] as i64), index));
+        let expected: Vec<(usize, Vec<usize>)> =
+            best.into_iter().map(|best| (best, (0..places.len()).collect())).collect();
+        prop_assert_eq!(found, expected);
     }
 }
 

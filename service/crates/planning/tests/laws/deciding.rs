@@ -245,6 +245,34 @@ fn waypoints_are_the_rarest_and_surest_of_their_clusters() {
     }
 }
 
+/// One line of rich texture over 60 m is one cluster; its waypoints lie more than 24 spacings apart, and each
+/// represents what is within them. Without a bound there is one waypoint, the best of them, with all members.
+#[test]
+fn a_long_cluster_has_a_waypoint_each_so_many_metres() {
+    let mut snapshot = Mission::survey_over(1, 120, 5, |_, _| true).snapshot;
+    let place = |snapshot: &Snapshot, id: u64| {
+        let keyframe = snapshot.keyframes.iter().find(|keyframe| keyframe.id == id).unwrap();
+        keyframe.world_from_body.translation.vector
+    };
+    let found = waypoints(&snapshot).unwrap().to_vec();
+    let radius_m = 24.0 * snapshot.spacing_m().unwrap();
+    assert!((3..=5).contains(&found.len()), "{}", found.len());
+    for (at, waypoint) in found.iter().enumerate() {
+        let away_m = |id: u64| (place(&snapshot, id) - place(&snapshot, waypoint.keyframe)).norm();
+        assert!(waypoint.members.iter().all(|&id| away_m(id) <= radius_m));
+        assert!(found[..at].iter().all(|other| away_m(other.keyframe) > radius_m));
+    }
+    let mut all: Vec<u64> = found.iter().flat_map(|waypoint| waypoint.members.clone()).collect();
+    all.sort_unstable();
+    snapshot.settings.max_cluster_radius_m = Some(f64::MAX);
+    snapshot.derived = pdn_planning::Derived::default();
+    let [whole] = waypoints(&snapshot).unwrap() else { panic!("one cluster, one waypoint") };
+    assert_eq!(whole.members, all);
+    let best = found.iter().find(|waypoint| waypoint.keyframe == whole.keyframe).unwrap();
+    assert_eq!((best.score, best.marginal_uncertainty), (whole.score, whole.marginal_uncertainty));
+    assert!(found.iter().all(|waypoint| waypoint.score <= whole.score));
+}
+
 #[test]
 fn an_empty_graph_has_no_robot() {
     let snapshot = crate::mission::untied(Vec::new(), Vec::new());

@@ -133,3 +133,29 @@ fn poses_that_are_not_finite_give_an_error_and_no_numbers() {
         assert!(matches!(factor.chi2(&lost, Some(&other)), Err(KernelError::NotFinite { .. })));
     }
 }
+
+/// Every kind with a covariance takes one turned in single precision, whatever its scale.
+#[test]
+fn covariances_in_single_precision_are_taken() {
+    let turn = crate::so3::exp(&Vector3::new(0.4, -0.2, 0.9));
+    let carry = crate::se3::adjoint(&Pose::from_parts(Vector3::new(0.3, 0.1, -0.2).into(), turn));
+    for scale in [1.0, 1e-3, 1e-10] {
+        let sigma = Matrix6::from_diagonal(&[1.0, 4.0, 9.0, 0.01, 0.04, 0.09].into()) * scale;
+        let (carry, sigma) = (carry.cast::<f32>(), sigma.cast::<f32>());
+        let covariance = ((carry * sigma) * carry.transpose()).cast::<f64>();
+        let of_camera = covariance.fixed_view::<5, 5>(0, 0).into_owned();
+        let of_position = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        assert_ne!(covariance, covariance.transpose());
+        let mount = Pose::identity();
+        let level = UnitQuaternion::identity();
+        for taken in [
+            Factor::prior(A, Pose::identity(), &covariance),
+            Factor::odometry(A, B, Pose::identity(), &covariance),
+            Factor::relative(A, B, Pose::identity(), &covariance),
+            Factor::position(A, Vector3::zeros(), &of_position),
+            Factor::camera(A, B, mount, mount, Vector3::x(), level, &of_camera, 0.3),
+        ] {
+            assert!(taken.is_ok(), "{taken:?}");
+        }
+    }
+}
