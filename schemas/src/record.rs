@@ -4,7 +4,9 @@
 //! Records are read by this service and by whoever takes a journal apart, never sent. They are messages all
 //! the same: one codec, one way of hashing a layout. How records lie in a file is `pdn_state::journal`'s.
 
+use crate::codec::{CodecError, Format, encode};
 use crate::config::MissionConfig;
+use crate::history::Generation;
 use crate::registry::layout_hash;
 use crate::reply::{Decision, Problem};
 use crate::{Factor, Keyframe, LinkOutcome};
@@ -43,6 +45,19 @@ macro_rules! kinds {
             /// The hash of that one's layout.
             pub fn layout_hash(self) -> u64 {
                 match self { $(Kind::$variant => layout_hash::<$schema>(),)+ }
+            }
+
+            /// A payload that was written in an earlier generation, as it would be written now.
+            ///
+            /// # Errors
+            /// As [`Generation::decode`].
+            pub fn translate(self, from: &Generation, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
+                if from.hash(self.schema()) == Some(self.layout_hash()) {
+                    return Ok(payload.to_vec());
+                }
+                match self {
+                    $(Kind::$variant => encode(&from.decode::<$schema>(payload)?, Format::Bincode),)+
+                }
             }
 
             /// What it says.
