@@ -103,9 +103,8 @@ impl<'a> Frame<'a> {
     /// generation's.
     pub(crate) fn record(&self) -> Result<Record, JournalError> {
         let damaged = |what| JournalError::damaged(self.place.number, what);
-        let kind = || {
-            Kind::from_number(self.kind).ok_or_else(|| damaged(format!("there is no kind {}", self.kind)))
-        };
+        let kind =
+            || Kind::from_number(self.kind).ok_or_else(|| damaged(format!("there is no kind {}", self.kind)));
         if self.layouts == layouts() {
             return Ok(Record { kind: kind()?, payload: self.payload.to_vec() });
         }
@@ -123,9 +122,8 @@ impl<'a> Frame<'a> {
 }
 
 /// CRC-32 of the hash of each kind's layout.
-fn layouts() -> u32 {
-    static LAYOUTS: LazyLock<u32> =
-        LazyLock::new(|| crc_of(Kind::ALL.iter().map(|kind| kind.layout_hash())));
+pub(crate) fn layouts() -> u32 {
+    static LAYOUTS: LazyLock<u32> = LazyLock::new(|| crc_of(Kind::ALL.iter().map(|kind| kind.layout_hash())));
     *LAYOUTS
 }
 
