@@ -224,6 +224,8 @@ CONFIGURATIONS = {
     "edge not a unit vector": ("not_unit", with_facet(u=[0.0, 2.0, 0.0]), "u"),
     "edges not orthogonal": ("invalid", with_facet(v=[0.0, 1.0, 0.0]), "v"),
     "target area zero": ("out_of_range", {"target": {"facets": [FACET], "area_m2": 0.0}}, "area_m2"),
+    "target area below the facets": ("invalid", {"target": {"facets": [FACET], "area_m2": 1.0}}, "area_m2"),
+    "gate below three sigmas": ("out_of_range", {"gate_sigmas": 2.0}, "gate_sigmas"),
     "allowance zero": ("out_of_range", {"allowable": {**config("x")["allowable"], "x_m": 0.0}}, "x_m"),
     "field of view of 180 degrees": (
         "out_of_range", {"camera": {"horizontal_fov_deg": 180.0}}, "horizontal_fov_deg"

@@ -209,7 +209,8 @@ def configuration(name: str, survey: SurveyFile, changes: Found) -> Found:
         "length_u_m": length_m,
         "length_v_m": width_m,
     }
-    target = {"facets": [floor], "area_m2": survey.keyframes * 0.5 * 0.7 * 2.0}
+    area_m2 = max(length_m * width_m, survey.keyframes * 0.5 * 0.7 * 2.0)
+    target = {"facets": [floor], "area_m2": area_m2}
     fixed = {"robust": {"camera": "none"}, "first_keyframe_sigmas": None, "planner": {"eps_m": EPS_M}}
     return {"mission": name, "target": target, "alpha": 0.75, **fixed, **changes}
 

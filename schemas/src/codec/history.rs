@@ -12,8 +12,9 @@
 mod layout;
 mod value;
 
-use super::{CodecError, Message, check_size};
-use crate::registry::{fnv1a, layout_hash};
+use super::{CodecError, Format, Message, MessageVisitor, check_size, encode, visit_messages, visit_records};
+use crate::record::Kind;
+use crate::registry::{fnv1a, kind_layout_hash, layout_hash};
 use layout::Layout;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,6 +85,21 @@ impl Generation {
         })
     }
 
+    /// The payload of a record of that kind, written in this generation, as it would be written now.
+    ///
+    /// # Errors
+    /// As [`Generation::decode`].
+    pub fn translate(&self, kind: Kind, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
+        if self.hash(kind.schema()) == Some(kind_layout_hash(kind)) {
+            return Ok(payload.to_vec());
+        }
+        let mut translation =
+            Translation { generation: self, schema: kind.schema(), payload, translated: None };
+        visit_messages(&mut translation);
+        visit_records(&mut translation);
+        translation.translated.expect("the record of every kind is a message")
+    }
+
     fn parse(text: &str) -> Result<Generation, String> {
         let File { kinds, containers } = serde_json::from_str(text).map_err(|error| error.to_string())?;
         let layouts = containers.iter().map(|(name, text)| Ok((name.clone(), Layout::parse(text)?)));
@@ -91,6 +107,23 @@ impl Generation {
         let hash = |name: &String| (name.clone(), fnv1a(&text_of(&containers, &layouts, name)));
         let hashes = containers.keys().map(hash).collect();
         Ok(Generation { layouts, hashes, kinds })
+    }
+}
+
+/// Finds the message of a name, and translates a payload of it.
+struct Translation<'a> {
+    generation: &'a Generation,
+    schema: &'static str,
+    payload: &'a [u8],
+    translated: Option<Result<Vec<u8>, CodecError>>,
+}
+
+impl MessageVisitor for Translation<'_> {
+    fn visit<T: Message>(&mut self) {
+        if T::NAME == self.schema {
+            let message = self.generation.decode::<T>(self.payload);
+            self.translated = Some(message.and_then(|message| encode(&message, Format::Bincode)));
+        }
     }
 }
 
@@ -113,8 +146,7 @@ fn text_of(
 mod tests {
     use super::*;
     use crate::MissionConfig;
-    use crate::codec::{Format, MessageVisitor, decode_encoded, encode, visit_messages, visit_records};
-    use crate::record::Kind;
+    use crate::codec::decode_encoded;
     use serde_json::Value;
     use std::path::Path;
 

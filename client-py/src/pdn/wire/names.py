@@ -166,9 +166,9 @@ class Code(StrEnum):
     """
 
     SINGULAR = "singular"
-    """With this event the graph would not determine every pose.
+    """With this event the graph could not be solved, or a covariance that was asked for cannot be computed.
 
-    Tie the keyframe that the message names by a prior, odometry or relative factor.
+    Check the covariances that the message names; tie the keyframe by a prior, odometry or relative factor.
     """
 
     CONTRADICTION = "contradiction"

@@ -36,7 +36,7 @@ impl DecisionJob {
     /// were evaluated. The result has the same bits at any number of threads, unless it was stopped.
     ///
     /// # Errors
-    /// [`StateError::Singular`] or [`StateError::Internal`] if a covariance cannot be computed.
+    /// [`StateError::SingularAnswer`] or [`StateError::Internal`] if a covariance cannot be computed.
     pub fn run(
         &self,
         pool: &ThreadPool,
@@ -100,7 +100,7 @@ impl GraphJob {
     /// Tells it; with marginals at the cost of one recursion over the whole elimination tree.
     ///
     /// # Errors
-    /// [`StateError::Singular`] or [`StateError::Internal`] if a marginal cannot be computed.
+    /// [`StateError::SingularAnswer`] or [`StateError::Internal`] if a marginal cannot be computed.
     pub fn run(&self) -> Result<GraphReply, StateError> {
         Ok(reply::graph(&self.source, self.source.view.graph(self.from, self.marginals)?))
     }
@@ -116,7 +116,7 @@ impl WaypointsJob {
     /// Tells them.
     ///
     /// # Errors
-    /// [`StateError::Singular`] or [`StateError::Internal`] if a marginal cannot be computed.
+    /// [`StateError::SingularAnswer`] or [`StateError::Internal`] if a marginal cannot be computed.
     pub fn run(&self) -> Result<WaypointsReply, StateError> {
         Ok(reply::waypoints(&self.source, self.source.view.waypoints()?))
     }

@@ -11,7 +11,7 @@ mod content;
 
 use crate::fold::SolvedState;
 use crate::history::SOFTWARE;
-use crate::journal::{Journal, JournalError};
+use crate::journal::{Journal, JournalError, layouts};
 
 /// What the bytes of a checkpoint begin with, of which the last character is the format.
 const MAGIC: [u8; 4] = *b"PDC1";
@@ -24,6 +24,11 @@ pub struct Checkpoint {
     /// Events refused up to and with that one.
     pub(crate) rejected: u64,
     pub(crate) solved: SolvedState,
+}
+
+/// What a checkpoint must have been written by to be relied on: this version, and by its layouts.
+fn written_by() -> String {
+    format!("{SOFTWARE} with layouts {:08x}", layouts())
 }
 
 /// Why a checkpoint is of no use.
@@ -51,7 +56,7 @@ impl Checkpoint {
     pub fn to_bytes(&self, journal: &Journal) -> Result<Vec<u8>, JournalError> {
         let crc_before = journal.crc_before(self.record)?;
         let mut bytes = MAGIC.to_vec();
-        bytes.extend(content::encode(self, SOFTWARE, journal.header().identity, crc_before));
+        bytes.extend(content::encode(self, &written_by(), journal.header().identity, crc_before));
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
@@ -67,7 +72,7 @@ impl Checkpoint {
         }
         let body = body.strip_prefix(&MAGIC).ok_or(Unusable::Damaged)?;
         let (checkpoint, software, identity, crc_before) = content::decode(body)?;
-        if software != SOFTWARE {
+        if software != written_by() {
             return Err(Unusable::Software(software));
         }
         // A record that the journal has not, or not whole, is none that the checkpoint follows on.

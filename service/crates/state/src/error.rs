@@ -220,9 +220,9 @@ pub enum StateError {
     /// A measurement that lies too far from what the graph says of its keyframes.
     #[error(
         "{field}: this measurement lies {distance:.0} standard deviations from where the graph has keyframe \
-         {keyframes}, more than {bound:.0}, and is left out; check how it was made, and whether a step \
-         before it was false (then tie the next keyframe by a prior); with {loss} of the next mission its \
-         outliers are weighed down instead"
+         {keyframes}, more than gate_sigmas = {bound}, and is left out; check how it was made, and whether a \
+         step before it was false (then tie the next keyframe by a prior); with {loss} of the next mission \
+         its outliers are weighed down instead, with a larger gate_sigmas or null it is believed"
     )]
     Contradiction {
         /// Path of the field.
@@ -247,10 +247,23 @@ pub enum StateError {
     /// With this event the system of equations could not be solved; the event is undone.
     #[error(
         "the graph cannot be solved with this event, which is undone: {evidence}; check the covariances that \
-         it and keyframe {} carry",
-        keyframe_name(.keyframe)
+         {}: beside the others one is far too small or too large",
+        keyframe.map_or("it carries".to_string(), |id| format!("it and keyframe {id} carry"))
     )]
     Singular {
+        /// The keyframe at which elimination failed, where that is known.
+        keyframe: Option<u64>,
+        /// The pivot or the reason.
+        evidence: String,
+    },
+    /// A covariance that a question is about cannot be computed; nothing is undone.
+    #[error(
+        "there is no answer, the covariance{} cannot be computed: {evidence}; check the covariances of the \
+         measurements that tie {}: beside the others one is far too small or too large",
+        keyframe.map_or(String::new(), |id| format!(" of keyframe {id}")),
+        keyframe.map_or("the last keyframes".to_string(), |_| "it".to_string())
+    )]
+    SingularAnswer {
         /// The keyframe at which elimination failed, where that is known.
         keyframe: Option<u64>,
         /// The pivot or the reason.
@@ -310,7 +323,7 @@ impl StateError {
             StateError::DegenerateBaseline { .. } => Code::DegenerateBaseline,
             StateError::Unsupported { .. } => Code::Unsupported,
             StateError::Contradiction { .. } => Code::Contradiction,
-            StateError::Singular { .. } => Code::Singular,
+            StateError::Singular { .. } | StateError::SingularAnswer { .. } => Code::Singular,
             StateError::Stopped => Code::Deadline,
             StateError::Internal { .. } => Code::Internal,
         }
@@ -338,8 +351,4 @@ fn absent(mission: &str, why: &Absence) -> String {
             )
         }
     }
-}
-
-fn keyframe_name(keyframe: &Option<u64>) -> String {
-    keyframe.map_or_else(|| "(unknown)".to_string(), |id| id.to_string())
 }

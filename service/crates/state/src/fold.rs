@@ -202,9 +202,10 @@ impl Fold {
                 Ok(late) => {
                     refused.extend(late);
                     if let Err(error) = self.solve() {
+                        // The keyframe may be one that enters with this very change.
+                        let error = translate::unsolvable(&self.builder.nodes, error);
                         self.builder.undo();
-                        refused
-                            .push(Refusal { seq, error: translate::unsolvable(&self.builder.nodes, error) });
+                        refused.push(Refusal { seq, error });
                     }
                 }
             }

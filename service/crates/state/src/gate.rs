@@ -5,6 +5,10 @@
 //! wrong by 100 m would be believed as much as its covariance asks. So each is compared with the belief
 //! first, its own noise and that of the belief together (a Mahalanobis gate). A kind that has a robust loss
 //! is not judged here: it is the loss that weighs false measurements down.
+//!
+//! The bound is the mission's `gate_sigmas`. Its default of 20 is far beyond chance (10 would be, for any
+//! number of dimensions): what comes of standard deviations that are too small by a factor of four still
+//! passes in six dimensions.
 
 mod mahalanobis;
 
@@ -16,11 +20,6 @@ use pdn_kernel::se3::Pose;
 use pdn_kernel::smoother::Smoother;
 use pdn_kernel::{Factor, KernelError, Loss, Node};
 use std::collections::BTreeSet;
-
-/// A measurement farther than this from what is believed is refused, in standard deviations (Mahalanobis). It
-/// is far beyond chance (10 would be, for any number of dimensions): what comes of standard deviations that
-/// are too small by a factor of four still passes in six dimensions.
-const CONTRADICTION: f64 = 20.0;
 
 /// What decides whether a measurement between keyframes of the graph can be one.
 pub(crate) enum Admit<'a> {
@@ -39,7 +38,8 @@ impl Admit<'_> {
         }
     }
 
-    /// Tests an event's measurement of keyframes that are in the graph.
+    /// Tests an event's measurement of keyframes that are in the graph; what lies farther than `gate_sigmas`
+    /// from what is believed, in standard deviations (Mahalanobis), cannot be one, if there is such a bound.
     ///
     /// # Errors
     /// Why it cannot be one of them; of what was refused before, any.
@@ -49,6 +49,7 @@ impl Admit<'_> {
         measurement: &Measurement,
         factor: &Factor,
         additions: &[Addition],
+        gate_sigmas: Option<f64>,
     ) -> Result<(), StateError> {
         let (smoother, gate) = match self {
             Admit::Belief(smoother, gate) => (smoother, gate),
@@ -60,9 +61,12 @@ impl Admit<'_> {
         let first = gate.pose(smoother, first, additions);
         let second = second.map(|node| gate.pose(smoother, node, additions));
         factor.validate_geometry(&first, second.as_ref()).map_err(describe)?;
-        match gate.contradiction(smoother, factor, additions).map_err(describe)? {
+        let Some(bound) = gate_sigmas else { return Ok(()) };
+        // What is believed cannot be computed; no sender knows its nodes.
+        let unknown = |error| translate::unsolvable(&[], error);
+        match gate.contradiction(smoother, factor, additions, bound).map_err(unknown)? {
             None => Ok(()),
-            Some(distance) => Err(contradiction(measurement, distance)),
+            Some(distance) => Err(contradiction(measurement, distance, bound)),
         }
     }
 }
@@ -102,8 +106,8 @@ impl Gate {
         }
     }
 
-    /// How far a measurement of keyframes of the graph lies from what is believed of them, if it is too far
-    /// to be true. Cost: none where its own covariance alone explains it, else the ways from its keyframes to
+    /// How far a measurement of keyframes of the graph lies from what is believed of them, if that is beyond
+    /// `bound`. Cost: none where its own covariance alone explains it, else the ways from its keyframes to
     /// the root.
     ///
     /// # Errors
@@ -113,6 +117,7 @@ impl Gate {
         smoother: &Smoother,
         factor: &Factor,
         additions: &[Addition],
+        bound: f64,
     ) -> Result<Option<f64>, KernelError> {
         if factor.loss() != Loss::None {
             return Ok(None);
@@ -121,7 +126,7 @@ impl Gate {
         let (first, second) = factor.nodes();
         let beliefs: Vec<Belief> =
             std::iter::once(first).chain(second).map(|node| self.belief(smoother, node)).collect();
-        let within = CONTRADICTION * CONTRADICTION;
+        let within = bound * bound;
         // Where it cannot be evaluated here it is for the solver to say.
         let Some(linear) = linearized(factor, &beliefs, &Step::zeros()) else { return Ok(None) };
         if linear.residual.norm_squared() <= within {
@@ -194,14 +199,14 @@ impl Belief {
     }
 }
 
-fn contradiction(measurement: &Measurement, distance: f64) -> StateError {
+fn contradiction(measurement: &Measurement, distance: f64, bound: f64) -> StateError {
     let kind = measurement.kind().name();
     let (first, second) = measurement.keyframes();
     StateError::Contradiction {
         field: format!("factor.{kind}"),
         keyframes: second.map_or(first.to_string(), |second| format!("{first} and {second}")),
         distance,
-        bound: CONTRADICTION,
+        bound,
         loss: format!("robust.{kind}"),
     }
 }

@@ -10,6 +10,7 @@
 //!   these: `change`. What can be refused, and why: [`error`], [`outcome`].
 //! - What is asked of a moment: `view` (immutable, linearised by `relinearization`), [`request`].
 //! - Where the messages of the contract meet the types of the method, and nowhere else: `convert`.
+//! - What of the last events does not fit, for a mission's health: `findings`.
 //! - What events add up to: `gate` (whether a measurement can be true), `graph_builder` (which keyframes are
 //!   in the graph and which measurements wait for one), `coverage_tracker` (the area), `fold` (all of it, and
 //!   P_L).
@@ -45,6 +46,8 @@ mod view;
 pub mod request;
 
 mod convert;
+
+mod findings;
 
 mod gate;
 

@@ -4,6 +4,7 @@ use crate::checkpoint::Checkpoint;
 use crate::convert;
 use crate::error::StateError;
 use crate::event::{EncodedEvent, Event};
+use crate::findings::RecentEvents;
 use crate::fold::{FastForward, Fold};
 use crate::history::Record;
 use crate::ingest::{Arrival, Ingest, Room};
@@ -12,18 +13,12 @@ use crate::limits::Limits;
 use crate::outcome::{OfferOutcome, Refusal};
 use crate::record_log::RecordLog;
 use pdn_schemas::config::MissionConfig;
-use pdn_schemas::problem::Code;
 use pdn_schemas::record::Configured;
 use pdn_schemas::reply::Phase;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 mod history;
 mod questions;
-
-/// The mission's health tells of contradictions once there are so many among so many last events: single
-/// outliers are what they are, but after a false step every true measurement is one.
-const LATE_EVENTS: u64 = 256;
-const MANY_CONTRADICTIONS: usize = 16;
 
 /// One mission of a vehicle.
 #[derive(Clone, Debug)]
@@ -44,8 +39,8 @@ pub struct Mission {
     group: Option<GroupStart>,
     /// What has been read on the way to a checkpoint.
     forward: Option<Box<FastForward>>,
-    /// Numbers of late events that contradict the graph.
-    contradictions: BTreeSet<u64>,
+    /// What health looks at.
+    recent: RecentEvents,
     /// What is wrong around the mission, by what it concerns.
     concerns: BTreeMap<&'static str, String>,
 }
@@ -88,9 +83,17 @@ impl Mission {
             log: RecordLog::after(records + 1),
             group: None,
             forward: None,
-            contradictions: BTreeSet::new(),
+            recent: RecentEvents::default(),
             concerns: BTreeMap::new(),
         })
+    }
+
+    /// Whether a mission may begin with this configuration.
+    ///
+    /// # Errors
+    /// What does not fit.
+    pub(crate) fn check_new(&self) -> Result<(), StateError> {
+        convert::config::check_new(self.fold.settings())
     }
 
     /// Its id.
@@ -185,6 +188,7 @@ impl Mission {
     /// Folds an event whose turn it is and whose record has this number.
     fn consume(&mut self, event: Event, record: u64) -> Vec<Refusal> {
         let seq = event.seq();
+        self.recent.push(&event);
         if let Some(forward) = &mut self.forward {
             if let Ok(change) = convert::event::change(event) {
                 self.fold.fast_forward(forward, seq, change);
@@ -197,32 +201,12 @@ impl Mission {
         };
         self.rejected += refused.len() as u64;
         for refusal in &refused {
-            self.note_contradiction(refusal.seq, refusal.error.code());
+            self.recent.refuse(refusal.seq, refusal.error.code());
         }
         if self.fold.group_seq() == Some(seq) {
             self.group = Some(GroupStart { seq, record, rejected: self.rejected });
         }
         refused
-    }
-
-    fn note_contradiction(&mut self, seq: u64, code: Code) {
-        if code == Code::Contradiction {
-            self.contradictions.insert(seq);
-            self.contradictions = self.contradictions.split_off(&self.next_seq().saturating_sub(LATE_EVENTS));
-        }
-    }
-
-    /// Whether so much contradicts the graph that the graph may be wrong.
-    fn contradicted(&self) -> Option<String> {
-        let late = self.next_seq().saturating_sub(LATE_EVENTS);
-        let count = self.contradictions.range(late..).count();
-        (count >= MANY_CONTRADICTIONS).then(|| {
-            format!(
-                "{count} of the last {LATE_EVENTS} events contradict the graph and were left out: a step or \
-                 prior before them may be false; if so, tie the next keyframe by a prior, or complete this \
-                 mission and configure another"
-            )
-        })
     }
 }
 

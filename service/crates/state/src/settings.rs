@@ -4,6 +4,7 @@ use crate::survey::Survey;
 use nalgebra::Matrix6;
 use pdn_kernel::se3::Pose;
 use pdn_kernel::{FactorKind, Loss};
+use pdn_planning::coverage::{Facet, FieldOfView};
 use pdn_planning::{Coverage, LinkModel};
 
 /// Everything that the fold needs to know of a mission's configuration.
@@ -15,9 +16,15 @@ pub struct Settings {
     pub body_from_camera: Pose,
     /// How much a factor counts when the estimate disagrees.
     pub losses: Losses,
+    /// From where on a measurement without a loss cannot be true, in standard deviations; none for no bound.
+    pub gate_sigmas: Option<f64>,
     /// Covariance of the prior on the first keyframe, `[m; rad]` in its body axes; none if a prior factor
     /// will come.
     pub first_keyframe_covariance: Option<Matrix6<f64>>,
+    /// The target.
+    pub facets: Vec<Facet>,
+    /// What a camera sees.
+    pub view: FieldOfView,
     /// The rasters of the target, empty.
     pub coverage: Coverage,
     /// A_target, m^2.

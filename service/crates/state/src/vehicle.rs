@@ -115,6 +115,7 @@ impl Vehicle {
         };
         let records = replaced.map_or(0, Mission::records);
         let mut mission = Mission::configured(configured.clone(), self.limits, records)?;
+        mission.check_new()?;
         if self.kept_as.is_some() {
             mission.keep_history(configured)?;
         }

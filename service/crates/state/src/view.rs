@@ -150,7 +150,7 @@ impl View {
     /// one recursion over the whole elimination tree.
     ///
     /// # Errors
-    /// [`StateError::Singular`] if the graph cannot be solved.
+    /// [`StateError::SingularAnswer`] if the graph cannot be solved.
     pub fn graph(&self, from: u64, marginals: bool) -> Result<Graph, StateError> {
         let Relinearized { snapshot, smoother } = self.relinearized()?;
         let covariances = if marginals && !snapshot.keyframes.is_empty() {
@@ -184,7 +184,7 @@ impl View {
     /// The relinearised graph. Cost: once, moving the linearisation points to the estimate.
     ///
     /// # Errors
-    /// [`StateError::Singular`] if the relinearised graph cannot be solved.
+    /// [`StateError::SingularAnswer`] if the relinearised graph cannot be solved.
     fn relinearized(&self) -> Result<&Relinearized, StateError> {
         let relinearized = self.relinearized.get_or_init(|| {
             let mut smoother = self.moment.smoother.clone();

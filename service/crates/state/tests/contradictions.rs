@@ -290,3 +290,33 @@ fn a_graph_that_much_contradicts_is_told_and_a_prior_is_the_way_out() {
     let robot = mission(&mut vehicle).state().robot.expect("tied");
     assert!((robot.pose.translation[2] - 8.5).abs() < 0.1, "{:?}", robot.pose);
 }
+
+/// The gate is a setting of the mission: how far, told with its name, or none at all.
+#[test]
+fn the_gate_refuses_beyond_its_bound_and_names_it_or_lets_all_in() {
+    let off_m = [0.0, 0.0, 0.5]; // a depth off by 0.5 m: about 25 of its standard deviations of 0.02 m
+    for (gate_sigmas, told) in [
+        (Some(20.0), Some("more than gate_sigmas = 20,")),
+        (Some(3.5), Some("more than gate_sigmas = 3.5,")),
+        (Some(40.0), None),
+        (Some(1e300), None),
+        (None, None),
+    ] {
+        let mut configuration = config("m");
+        configuration.gate_sigmas = gate_sigmas;
+        let mut vehicle = running_with(configuration);
+        let mut script = script("m");
+        script.offer_all(&mut vehicle);
+        let depth_m = place(LAST)[2] + off_m[2];
+        script.factor(FactorKind::Depth { keyframe: LAST, depth_m, variance_m2: 4e-4 });
+        let last = script.events.last().expect("there is one").clone();
+        let refused = refusals(&vehicle.offer(last, SENT_BYTES));
+        match (told, refused.as_slice()) {
+            (None, []) => {}
+            (Some(told), [(_, Code::Contradiction, text)]) => {
+                assert!(text.contains(told) && text.contains(" standard deviations from"), "{text}");
+            }
+            (_, refused) => panic!("{gate_sigmas:?}: {refused:?}"),
+        }
+    }
+}

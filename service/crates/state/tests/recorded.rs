@@ -74,5 +74,10 @@ fn events_that_come_again_are_journaled_alike() {
     };
     let expected: Vec<Record> = records().into_iter().filter(is_of_events).collect();
     journaled.retain(is_of_events);
-    assert!(journaled == expected);
+    // The words of a refusal are for people, and may have changed since.
+    let what = |record: &Record| match Entry::read(record).expect("a record") {
+        Entry::Refused(problem) => (record.kind, format!("{:?} {}", problem.seq, problem.code).into_bytes()),
+        _ => (record.kind, record.payload.clone()),
+    };
+    assert!(journaled.iter().map(what).eq(expected.iter().map(what)));
 }

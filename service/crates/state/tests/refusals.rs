@@ -222,6 +222,32 @@ fn bad_configurations() -> Vec<(Change, Code, &'static str)> {
             "target.facets",
         ),
         (|config| config.target.area_m2 = Some(0.0), Code::OutOfRange, "target.area_m2"),
+        (|config| config.target.area_m2 = Some(NAN), Code::NotFinite, "target.area_m2"),
+        // The facet has 24 m^2.
+        (
+            |config| config.target.area_m2 = Some(23.9),
+            Code::Invalid,
+            "target.area_m2: 23.9 m^2 are less than the 24",
+        ),
+        (|config| config.target.area_m2 = Some(1e-300), Code::Invalid, "target.area_m2"),
+        (
+            |config| {
+                config.target.facets.push(config.target.facets[0].clone()); // on the same spot: 48 m^2
+                config.target.area_m2 = Some(24.0);
+            },
+            Code::Invalid,
+            "where two overlap, each counts",
+        ),
+        (|config| config.cell_m = 8.1, Code::Invalid, "narrower than half a cell"),
+        (|config| config.gate_sigmas = Some(0.0), Code::OutOfRange, "gate_sigmas"),
+        (|config| config.gate_sigmas = Some(-20.0), Code::OutOfRange, "gate_sigmas"),
+        (
+            |config| config.gate_sigmas = Some(2.9),
+            Code::OutOfRange,
+            "gate_sigmas is 2.9; it must be 3 or above",
+        ),
+        (|config| config.gate_sigmas = Some(NAN), Code::NotFinite, "gate_sigmas"),
+        (|config| config.gate_sigmas = Some(INFINITE), Code::NotFinite, "gate_sigmas"),
         (|config| config.allowable.depth_m = 0.0, Code::OutOfRange, "allowable.depth_m"),
         (|config| config.allowable.heading_deg = NAN, Code::NotFinite, "allowable.heading_deg"),
         (|config| config.alpha = 1.5, Code::OutOfRange, "alpha"),
@@ -301,6 +327,20 @@ fn every_bad_configuration_is_refused_by_code_and_path_and_changes_nothing() {
     }
     assert!(matches!(vehicle.mission(None), Err(StateError::NoMission)));
     vehicle.configure(config("good"), 1).expect("the id is still free");
+}
+
+/// What is no more than rounding, or more than the facets, is taken; never is more than all covered.
+#[test]
+fn an_area_that_holds_the_facets_is_taken() {
+    for (area_m2, target_m2) in
+        [(None, 24.0), (Some(24.0), 24.0), (Some(24.0 - 1e-9), 24.0), (Some(1e300), 1e300)]
+    {
+        let mut vehicle = Vehicle::new(Limits::default());
+        let mut configuration = config("m");
+        configuration.target.area_m2 = area_m2;
+        vehicle.configure(configuration, 1).expect("it holds the facets");
+        assert_eq!(mission(&mut vehicle).state().target_m2, target_m2, "{area_m2:?}");
+    }
 }
 
 #[test]

@@ -147,6 +147,14 @@ fn an_event_that_makes_the_graph_singular_is_undone_and_refused_alone() {
                 mission(&mut vehicle).state();
             }
         }
+        let texts: Vec<String> = outcome
+            .iter()
+            .flat_map(|outcome| &outcome.refused)
+            .map(|refusal| refusal.error.to_string())
+            .collect();
+        // The keyframe at which it fails enters the graph with the event, and is named all the same.
+        let names = |text: &String| text.contains("that it and keyframe 2 carry") && text.contains("undone");
+        assert!(texts.iter().all(names), "{texts:?}");
         (vehicle, refusals(&outcome))
     };
     let (_, clean) = with(false, false);

@@ -16,7 +16,8 @@ vehicle, and the greatest is the current one. It is a [redb](https://docs.rs/red
 |---|---|---|
 | `header` | `format`, `identity`, `vehicle`, `mission`, `software` | text: the format's version, \
   a number drawn when the journal was made (hexadecimal), ids, what made it |
-| `layouts` | name of a message or record | hash of its layout when the journal was made |
+| `layouts` | name of a message or record | hash of its layout when the journal was made: those of one \
+  generation |
 | `records` | number of the record, from 0 without gaps | a frame |
 
 A frame, little-endian:
@@ -29,7 +30,8 @@ A frame, little-endian:
 | 20 to 23 | how often the journal has been opened for writing |
 | 24 to 27 | kind |
 | 28 to 31 | length n of the payload |
-| 32 to 35 | CRC-32 of the layouts by which payloads are written |
+| 32 to 35 | CRC-32 of the layouts by which this payload was written: of each kind's hash, as eight bytes, \
+  in the order of numbers |
 | 36 to 39 | CRC of the record before, 0 for the first |
 | 40 to 39 + n | payload: the message in bincode, as on the wire |
 | 4 more | CRC-32 (IEEE) of everything before |
@@ -42,15 +44,19 @@ const RULES: &str = "\
   them or `sync_ms` (settings of pdnd), and `durable_seq` follows the last sync. A sync is a two-phase commit:
   what is valid was whole before.
 - The state of a mission is the fold of its records, bit for bit. `refused` and `turned_away` follow from the
-  others or change nothing; the first are compared when a journal is read, and a difference is told.
+  others or change nothing; the first are compared when a journal is read, by event and code, and a difference
+  is told.
 - At its start pdnd recovers every journal; a mission that was under way is `held` until someone resumes.
   Records that a crash left written but not committed are taken over if they are whole and follow on the last.
-- A journal that is damaged, of another format or with other layouts is left as it is and told, with the
-  number of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to
+- What earlier versions wrote is read as any other, and gone on with: the layouts of each generation stand in
+  `schemas/history`, each frame names those by which it was written, and what is appended has the present
+  ones. A field that has come since has its default, or what was so before it came.
+- A journal that is damaged, of another format or with layouts of no generation is left as it is and told,
+  with the number of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to
   a new file.
 - Beside a journal may lie `<number>-<mission>.checkpoint`: what has been solved for, so that a restart need
-  not solve again. It names the journal, the record and the CRC before it; one that does not fit is passed
-  over, with the same outcome. It may be removed.
+  not solve again. It names the journal, the record and the CRC before it, the version and its layouts; one
+  that does not fit is passed over, with the same outcome. It may be removed.
 - `pdnd journal FILE` tells what a journal says, `--json` record by record; `pdnd replay FILE` takes its
   decisions again. Neither changes the file. While a daemon has it open only a copy can be read.
 ";

@@ -14,6 +14,13 @@ use pdn_planning::{Coverage, LinkModel};
 use pdn_schemas::config::{self as wire, MissionConfig};
 use pdn_schemas::ids::MissionId;
 
+/// Share of the facets' area that summing it in another order, or writing it with ten digits, may cost.
+const AREA_ROUNDING: f64 = 1e-9;
+
+/// Below it the gate would refuse what is true: of measurements in six dimensions whose noise is as they say,
+/// 17 % lie beyond 3 standard deviations, beyond 6 three of a million.
+const MIN_GATE_SIGMAS: f64 = 3.0;
+
 /// The settings of a configuration.
 ///
 /// # Errors
@@ -23,18 +30,51 @@ pub fn settings(config: &MissionConfig, limits: &Limits) -> Result<Settings, Sta
     let facets = facets(&config.target, config.cell_m, limits)?;
     let planning = planner(config)?;
     planning.check().map_err(describe)?;
-    let coverage = Coverage::new(&facets, config.cell_m, field_of_view(&config.camera)?).map_err(describe)?;
+    let view = field_of_view(&config.camera)?;
+    let coverage = Coverage::new(&facets, config.cell_m, view).map_err(describe)?;
     let area_m2 = config.target.area_m2.map(|area_m2| positive("target.area_m2", area_m2)).transpose()?;
     Ok(Settings {
         body_from_camera: pose("camera.body_from_camera", &config.camera.body_from_camera)?,
         losses: losses(&config.robust)?,
+        gate_sigmas: config.gate_sigmas.map(gate_sigmas).transpose()?,
         first_keyframe_covariance: config.first_keyframe_sigmas.as_ref().map(first_covariance).transpose()?,
-        target_m2: area_m2.unwrap_or_else(|| coverage.facets_m2()),
+        target_m2: target_m2(area_m2, coverage.facets_m2()),
+        facets,
+        view,
         coverage,
         link_model: link_model(&config.link_model, limits)?,
         survey: config.survey.as_ref().map(|points| survey(points, planning.swath_m, limits)).transpose()?,
         planning,
     })
+}
+
+/// What a mission may not begin with. Missions of earlier versions may have, and go on.
+///
+/// # Errors
+/// What does not fit, with both numbers.
+pub fn check_new(settings: &Settings) -> Result<(), StateError> {
+    let facets_m2 = settings.coverage.facets_m2();
+    if settings.target_m2 < facets_m2 {
+        let problem = format!(
+            "{} m^2 are less than the {facets_m2} m^2 that the facets have, so that more than all would be \
+             covered; leave it null for the facets' own area, or make the facets smaller (where two overlap, \
+             each counts)",
+            settings.target_m2
+        );
+        return Err(invalid("target.area_m2", problem));
+    }
+    Ok(())
+}
+
+/// A_target: what is given, but the facets' own area where only rounding tells the two apart.
+fn target_m2(area_m2: Option<f64>, facets_m2: f64) -> f64 {
+    let is_rounded = |area_m2: &f64| *area_m2 < facets_m2 && *area_m2 >= facets_m2 * (1.0 - AREA_ROUNDING);
+    area_m2.filter(|area_m2| !is_rounded(area_m2)).unwrap_or(facets_m2)
+}
+
+fn gate_sigmas(sigmas: f64) -> Result<f64, StateError> {
+    positive("gate_sigmas", sigmas)?;
+    within("gate_sigmas", sigmas, "3 or above, or null for no gate", sigmas >= MIN_GATE_SIGMAS)
 }
 
 fn facets(target: &wire::Target, cell_m: f64, limits: &Limits) -> Result<Vec<Facet>, StateError> {

@@ -30,9 +30,16 @@ pub fn measurement(measurement: &Measurement, error: KernelError) -> StateError 
     }
 }
 
-/// Why the graph cannot be solved; `ids` are the keyframes of its nodes.
+/// Why the graph cannot be solved with an event; `ids` are the keyframes of its nodes.
 pub fn unsolvable(ids: &[u64], error: KernelError) -> StateError {
-    singular(|node| ids.get(node.index()).copied(), error)
+    let (keyframe, evidence) = singular(|node| ids.get(node.index()).copied(), error);
+    StateError::Singular { keyframe, evidence }
+}
+
+/// Why a covariance that is asked for cannot be computed; `id` gives a node's keyframe.
+pub fn uncomputable(id: impl Fn(Node) -> Option<u64>, error: KernelError) -> StateError {
+    let (keyframe, evidence) = singular(id, error);
+    StateError::SingularAnswer { keyframe, evidence }
 }
 
 /// Why there is no answer; `id` gives a node's keyframe.
@@ -42,7 +49,7 @@ pub fn planning(id: impl Fn(Node) -> Option<u64>, error: impl Into<PlanningError
         PlanningError::OutOfRange { name, value, wanted } => {
             StateError::OutOfRange { field: name.to_string(), value, range: wanted }
         }
-        PlanningError::Kernel(error) => singular(id, error),
+        PlanningError::Kernel(error) => uncomputable(id, error),
         PlanningError::TooManyCells { limit, .. } => StateError::Limit {
             what: "cells of the coverage raster",
             bound: "max_cells",
@@ -62,12 +69,42 @@ pub fn planning(id: impl Fn(Node) -> Option<u64>, error: impl Into<PlanningError
     }
 }
 
-fn singular(id: impl Fn(Node) -> Option<u64>, error: KernelError) -> StateError {
+/// The keyframe at which elimination failed, where that is known, and what was found.
+fn singular(id: impl Fn(Node) -> Option<u64>, error: KernelError) -> (Option<u64>, String) {
     match error {
-        KernelError::NotPositiveDefinite { node, pivot } => StateError::Singular {
-            keyframe: id(node),
-            evidence: format!("the pivot at a keyframe is {pivot:e}"),
-        },
-        error => StateError::Singular { keyframe: None, evidence: error.to_string() },
+        KernelError::NotPositiveDefinite { node, pivot } => {
+            (id(node), format!("the pivot at a keyframe is {pivot:e}"))
+        }
+        error => (None, error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FAILED: KernelError = KernelError::NotPositiveDefinite { node: Node(1), pivot: -0.5 };
+
+    /// An event is undone and a question is not, and each names the keyframe, not the node.
+    #[test]
+    fn events_and_questions_are_told_in_their_own_words() {
+        let event = unsolvable(&[70, 71], FAILED).to_string();
+        assert!(event.contains("undone") && event.contains("it and keyframe 71 carry"), "{event}");
+        for question in [uncomputable(|_| Some(71), FAILED), planning(|_| Some(71), FAILED)] {
+            let question = question.to_string();
+            assert!(
+                question.contains("there is no answer") && question.contains("of keyframe 71"),
+                "{question}"
+            );
+            assert!(!question.contains("event") && !question.contains("undone"), "{question}");
+        }
+    }
+
+    #[test]
+    fn a_keyframe_that_is_not_known_is_not_spoken_of() {
+        let other = || KernelError::VirtualNotPositiveDefinite { node: 3, pivot: 0.0 };
+        for error in [unsolvable(&[], FAILED), uncomputable(|_| None, FAILED), planning(|_| None, other())] {
+            assert!(!error.to_string().contains("(unknown)"), "{error}");
+        }
     }
 }

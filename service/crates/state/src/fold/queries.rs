@@ -2,10 +2,12 @@
 
 use super::Fold;
 use crate::error::{StateError, translate};
+use crate::findings;
+use crate::settings::Settings;
 use crate::view::{KeyframeInfo, Moment, View};
 use nalgebra::Matrix6;
 use pdn_kernel::se3::Pose;
-use pdn_kernel::{SharedVec, gaussian};
+use pdn_kernel::{FactorKind, Node, SharedVec, gaussian};
 use pdn_planning::{Coverage, LinkModel};
 use std::sync::Arc;
 
@@ -41,7 +43,7 @@ impl Fold {
     /// The newest keyframe; none before the first is in the graph. Cost beyond solving: one marginal.
     ///
     /// # Errors
-    /// [`StateError::Singular`] if its marginal cannot be computed.
+    /// [`StateError::SingularAnswer`] if its marginal cannot be computed.
     pub fn robot(&mut self) -> Result<Option<RobotEstimate>, StateError> {
         self.look_ahead();
         if self.robot.is_none() {
@@ -112,6 +114,48 @@ impl Fold {
         findings
     }
 
+    /// What of the area and the registrations does not fit; cost: see [`crate::findings`].
+    pub(crate) fn misfits(&mut self) -> Vec<String> {
+        self.look_ahead();
+        let fold = self.lookahead();
+        let covered_m2 = fold.coverage.coverage().covered_m2();
+        let keyframes = fold.builder.nodes.len();
+        let measured = [FactorKind::Camera, FactorKind::Relative].iter();
+        let measured = measured.filter_map(|kind| fold.builder.factors.get(kind)).sum();
+        let nothing = (keyframes >= findings::MIN_KEYFRAMES && covered_m2 == 0.0).then(|| {
+            let Settings { facets, view, .. } = &*fold.settings;
+            findings::uncovered(keyframes, &fold.last_cameras(findings::LOOKED_AT), facets, view)
+        });
+        let more = findings::more_than_all(covered_m2, fold.settings.target_m2);
+        let registrations = findings::registrations(&fold.link_model, measured);
+        [nothing, more, registrations].into_iter().flatten().collect()
+    }
+
+    /// A keyframe's pose as it is estimated now, of those in the graph. To be asked after a question that
+    /// looks ahead.
+    pub(crate) fn estimate(&self, keyframe: u64) -> Option<Pose> {
+        let fold = self.lookahead();
+        fold.builder
+            .node(keyframe)
+            .filter(|node| node.index() < fold.smoother.len())
+            .map(|node| fold.smoother.estimate(node))
+    }
+
+    /// The world_from_camera of the last keyframes that entered the graph.
+    fn last_cameras(&self, count: usize) -> Vec<Pose> {
+        let nodes = self.smoother.len().saturating_sub(count)..self.smoother.len();
+        let camera = |node: usize| {
+            let body_from_camera = self.builder.keyframes[&self.builder.nodes[node]].body_from_camera;
+            self.smoother.estimate(Node(node as u32)) * body_from_camera
+        };
+        nodes.map(camera).collect()
+    }
+
+    /// The mission's settings.
+    pub(crate) fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// What a view shows of this fold.
     fn moment(&self) -> Moment {
         let factors = self.builder.factors.iter().map(|(kind, count)| (kind.name(), *count));
@@ -145,7 +189,8 @@ impl Fold {
 
     fn estimate_robot(&self) -> Result<Option<RobotEstimate>, StateError> {
         let Some(node) = self.builder.newest else { return Ok(None) };
-        let describe = |error| translate::unsolvable(&self.builder.nodes, error);
+        let id = |node: Node| self.builder.nodes.get(node.index()).copied();
+        let describe = |error| translate::uncomputable(id, error);
         let covariance = self.smoother.marginal(node).map_err(describe)?;
         let excess = gaussian::log_determinant(&covariance).map_err(describe)?
             - self.settings.planning.allowable.log_determinant();

@@ -89,7 +89,7 @@ impl GraphBuilder {
                 let tied = || factor.pose_of_other(known, &known_pose).unwrap_or(known_pose);
                 self.enter(keyframe, sent.unwrap_or_else(tied), additions);
             }
-            None => admit.check(seq, measurement, &factor, additions)?,
+            None => admit.check(seq, measurement, &factor, additions, settings.gate_sigmas)?,
         }
         self.join(measurement, factor, additions);
         Ok(())

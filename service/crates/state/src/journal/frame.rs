@@ -16,9 +16,11 @@
 
 use crate::history::Record;
 use crate::journal::error::JournalError;
+use pdn_schemas::codec::history::Generation;
 use pdn_schemas::limits::MAX_REPLY_BYTES;
 use pdn_schemas::record::Kind;
 use pdn_schemas::registry::kind_layout_hash;
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 /// What a frame begins with.
@@ -94,35 +96,54 @@ impl<'a> Frame<'a> {
         Some(Frame { place, kind, layouts, payload: &body[HEAD_BYTES..], crc })
     }
 
-    /// The record in it.
+    /// The record in it, in the present layout whichever generation wrote it.
     ///
     /// # Errors
-    /// [`JournalError::Layout`] if it was written by other layouts than this version's;
-    /// [`JournalError::Damaged`] for a kind that this format has not.
+    /// [`JournalError::Layout`] if it was written by layouts that this version does not know;
+    /// [`JournalError::Damaged`] for a kind that this format has not, or a payload that is none of its
+    /// generation's.
     pub(crate) fn record(&self) -> Result<Record, JournalError> {
-        if self.layouts != layouts() {
-            return Err(JournalError::Layout {
-                schema: "what it records".to_owned(),
-                found: self.layouts.into(),
-                expected: layouts().into(),
-                software: "the version".to_owned(),
-            });
+        let damaged = |what| JournalError::damaged(self.place.number, what);
+        let kind =
+            || Kind::from_number(self.kind).ok_or_else(|| damaged(format!("there is no kind {}", self.kind)));
+        if self.layouts == layouts() {
+            return Ok(Record { kind: kind()?, payload: self.payload.to_vec() });
         }
-        let kind = Kind::from_number(self.kind).ok_or_else(|| {
-            JournalError::damaged(self.place.number, format!("there is no kind {}", self.kind))
+        let earlier = earlier_with(self.layouts).ok_or_else(|| JournalError::Layout {
+            schema: "what it records".to_owned(),
+            found: self.layouts.into(),
+            expected: layouts().into(),
+            software: "the version".to_owned(),
         })?;
-        Ok(Record { kind, payload: self.payload.to_vec() })
+        let kind = kind()?;
+        let payload = earlier.translate(kind, self.payload);
+        let payload = payload.map_err(|error| damaged(format!("as an earlier version wrote it: {error}")))?;
+        Ok(Record { kind, payload })
     }
 }
 
 /// CRC-32 of the hash of each kind's layout.
 pub(crate) fn layouts() -> u32 {
-    static LAYOUTS: LazyLock<u32> = LazyLock::new(|| {
-        let mut crc = crc32fast::Hasher::new();
-        Kind::ALL.iter().for_each(|kind| crc.update(&kind_layout_hash(*kind).to_le_bytes()));
-        crc.finalize()
-    });
+    static LAYOUTS: LazyLock<u32> =
+        LazyLock::new(|| crc_of(Kind::ALL.iter().map(|kind| kind_layout_hash(*kind))));
     *LAYOUTS
+}
+
+/// The generation whose layouts have this CRC.
+fn earlier_with(layouts: u32) -> Option<&'static Generation> {
+    static BY_CRC: LazyLock<BTreeMap<u32, &Generation>> = LazyLock::new(|| {
+        let crc = |generation: &Generation| {
+            crc_of(generation.kinds().iter().filter_map(|name| generation.hash(name)))
+        };
+        Generation::all().iter().map(|generation| (crc(generation), generation)).collect()
+    });
+    BY_CRC.get(&layouts).copied()
+}
+
+fn crc_of(hashes: impl Iterator<Item = u64>) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    hashes.for_each(|hash| crc.update(&hash.to_le_bytes()));
+    crc.finalize()
 }
 
 fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
@@ -153,6 +174,13 @@ mod tests {
             flipped[bit / 8] ^= 1 << (bit % 8);
             assert_eq!(Frame::parse(&flipped), None, "bit {bit}");
         }
+    }
+
+    #[test]
+    fn the_newest_generation_has_the_layouts_of_what_is_written() {
+        let newest = earlier_with(layouts()).expect("the present layouts are those of a generation");
+        assert!(std::ptr::eq(newest, Generation::all().last().expect("there is one")));
+        assert!(earlier_with(layouts() ^ 1).is_none());
     }
 
     /// The published check value of CRC-32 (IEEE).

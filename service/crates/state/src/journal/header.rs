@@ -2,9 +2,11 @@
 
 use crate::history::SOFTWARE;
 use crate::journal::error::JournalError;
+use pdn_schemas::codec::history::Generation;
 use pdn_schemas::record::{JOURNAL_FORMAT, Kind};
 use pdn_schemas::registry::kind_layout_hash;
 use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
+use std::collections::BTreeMap;
 
 const HEADER: TableDefinition<&str, &str> = TableDefinition::new("header");
 const LAYOUTS: TableDefinition<&str, u64> = TableDefinition::new("layouts");
@@ -43,7 +45,8 @@ impl Header {
         Ok(())
     }
 
-    /// Reads and judges it: this version must know the format and the layout of every message and record.
+    /// Reads and judges it: this version must know the format, and the layouts of every message and record as
+    /// those of one generation.
     pub(super) fn read(tables: &Database) -> Result<Header, JournalError> {
         let read = tables.begin_read()?;
         let table = read.open_table(HEADER)?;
@@ -56,16 +59,34 @@ impl Header {
         if found != JOURNAL_FORMAT.to_string() {
             return Err(JournalError::Format { found, expected: JOURNAL_FORMAT, software });
         }
-        let layouts = read.open_table(LAYOUTS)?;
-        for kind in Kind::ALL {
-            let (schema, expected) = (kind.schema(), kind_layout_hash(*kind));
-            let found = ReadableTable::get(&layouts, schema)?.map_or(0, |hash| hash.value());
-            if found != expected {
-                return Err(JournalError::Layout { schema: schema.to_owned(), found, expected, software });
-            }
+        let mut layouts = BTreeMap::new();
+        for entry in read.open_table(LAYOUTS)?.iter()? {
+            let (schema, hash) = entry?;
+            layouts.insert(schema.value().to_owned(), hash.value());
         }
+        judge(&layouts, &software)?;
         let identity = u64::from_str_radix(&text("identity")?, 16)
             .map_err(|error| JournalError::Foreign { what: format!("its identity: {error}") })?;
         Ok(Header { identity, vehicle: text("vehicle")?, mission: text("mission")?, software })
     }
+}
+
+/// Whether some generation had these layouts. Each frame says by which it was written; these are what the
+/// journal began with.
+fn judge(layouts: &BTreeMap<String, u64>, software: &str) -> Result<(), JournalError> {
+    let has = |schema: &str, hash: Option<u64>| layouts.get(schema).copied() == hash;
+    let is_of =
+        |generation: &Generation| generation.kinds().iter().all(|name| has(name, generation.hash(name)));
+    if Generation::all().iter().any(is_of) {
+        return Ok(());
+    }
+    let other = Kind::ALL.iter().find(|kind| !has(kind.schema(), Some(kind_layout_hash(**kind))));
+    other.map_or(Ok(()), |kind| {
+        Err(JournalError::Layout {
+            schema: kind.schema().to_owned(),
+            found: layouts.get(kind.schema()).copied().unwrap_or(0),
+            expected: kind_layout_hash(*kind),
+            software: software.to_owned(),
+        })
+    })
 }

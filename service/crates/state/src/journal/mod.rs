@@ -21,6 +21,7 @@ mod overlay;
 pub mod salvage;
 
 pub use error::JournalError;
+pub(crate) use frame::layouts;
 pub use header::Header;
 
 use crate::history::Record;

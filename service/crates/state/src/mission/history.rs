@@ -144,7 +144,7 @@ impl Mission {
             }
             Entry::Refused(problem) => {
                 if let (Some(seq), Some(code)) = (problem.seq, Code::from_name(&problem.code)) {
-                    self.note_contradiction(seq, code);
+                    self.recent.refuse(seq, code);
                 }
                 if let (Some(forward), Some(seq)) = (&mut self.forward, problem.seq) {
                     forward.refuse(seq);

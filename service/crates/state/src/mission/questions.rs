@@ -4,6 +4,7 @@ use super::Mission;
 use crate::answer::{DecisionJob, EvaluateJob, GraphJob, WaypointsJob};
 use crate::convert;
 use crate::error::StateError;
+use crate::findings;
 use crate::request::{DecisionRequest, Source};
 use pdn_schemas::limits::MAX_MISSING_RANGES;
 use pdn_schemas::reply::{Ack, CoverageReply, Health, IngestStatus, LinkModelReply, MissionState, Phase};
@@ -89,7 +90,7 @@ impl Mission {
     pub fn state(&mut self) -> MissionState {
         let mut findings: Vec<String> = self.concerns.values().cloned().collect();
         findings.extend(self.fold.findings());
-        findings.extend(self.contradicted());
+        findings.extend(self.misfits());
         let robot = self.fold.robot().unwrap_or_else(|error| {
             findings.push(error.to_string());
             None
@@ -120,6 +121,17 @@ impl Mission {
             estimated_remaining_m: self.fold.survey_remaining_m(),
             health: Health { ok: findings.is_empty(), findings },
         }
+    }
+
+    /// What of the events does not fit together.
+    fn misfits(&mut self) -> Vec<String> {
+        let (fold, recent) = (&mut self.fold, &self.recent);
+        let mut misfits = fold.misfits();
+        misfits.extend(findings::attitudes(recent, |keyframe| fold.estimate(keyframe)));
+        misfits.extend(findings::contradicted(recent));
+        misfits.extend(findings::all_refused(recent));
+        misfits.extend(findings::stamps(recent));
+        misfits
     }
 
     fn source(&mut self) -> Result<Source, StateError> {

@@ -94,7 +94,7 @@ impl Script {
         self.events.push(Event::Keyframe(Keyframe {
             mission: self.mission.clone(),
             seq: self.seq(),
-            stamp_ns: id,
+            stamp_ns: self.seq(),
             id,
             pose,
             camera: None,
