@@ -133,14 +133,7 @@ def test_a_robust_loss_weighs_it_down(daemon: Daemon, tmp_path: Path) -> None:
         assert wire.to_plain(client.mission().config.robust.relative) == {"cauchy": 2.0}
 
 
-def knows_the_gate(daemon: Daemon) -> bool:
-    printed = subprocess.run([daemon.binary, "config"], capture_output=True, text=True, check=True)
-    return "gate_sigmas" in printed.stdout
-
-
 def test_a_graph_that_is_far_too_sure_comes_in_with_the_gate_off(daemon: Daemon, tmp_path: Path) -> None:
-    if not knows_the_gate(daemon):
-        pytest.skip("this pdnd has no setting gate_sigmas")
     graph = too_sure(drawn(4, poses=40, closures=60), 9.0)
     path = written(tmp_path, graph)
     assert imported(daemon, str(path)).exit_code == 1
