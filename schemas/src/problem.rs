@@ -75,8 +75,10 @@ codes! {
         "An event with this number but other content has been received before.",
         "Two senders share a mission, or one restarted its numbers: ask `rpc/ingest` where to go on.";
     Singular "singular":
-        "With this event the graph could not be solved, or a covariance that was asked for cannot be computed.",
-        "Check the covariances that the message names; tie the keyframe by a prior, odometry or relative factor.";
+        "With this event the graph could not be solved, or a covariance that was asked for cannot be \
+         computed.",
+        "Check the covariances that the message names; tie the keyframe by a prior, odometry or relative \
+         factor.";
     Contradiction "contradiction":
         "The measurement lies so far from what the graph says of its keyframes that it cannot be true.",
         "Check how it was made; a robust loss for its kind in the configuration weighs outliers down \

@@ -31,8 +31,8 @@ pub fn start(format: LogFormat, level: &str) {
 const FILE_HINT: &str = "Hint: increase the system open file limit.";
 
 /// What is so unless the system says that files are too many.
-const HANDSHAKE_HINT: &str = "A client has not got through the TLS handshake: its certificate, key or clock, the \
-                              authority on either side, or it speaks no TLS.";
+const HANDSHAKE_HINT: &str = "A client has not got through the TLS handshake: its certificate, key or clock, \
+                              the authority on either side, or it speaks no TLS.";
 
 /// Lines on their way to be written, with the right hint where Zenoh's is wrong.
 struct Explained<W>(W);

@@ -1,34 +1,28 @@
-//! What a mission's health tells of its events where they do not fit together: each finding is a sentence with
-//! the likeliest cause and what to do.
+//! What a mission's health tells of its events where they do not fit together: each finding is a sentence
+//! with the likeliest cause and what to do.
 //!
 //! Findings follow from the state and the last events alone, so that a mission that comes back from its
 //! journal has those that it had. Their cost does not grow with the mission. None changes a decision.
 //!
-//! Reading order: [`recent`] (the last events), here what is refused, what time it is, registrations; then
-//! [`attitudes`] and [`uncovered`].
+//! Reading order: [`recent`] (the last events), here what is refused and what time it is; then
+//! [`registrations`], [`attitudes`] and [`uncovered`].
 
 mod attitudes;
 mod recent;
+mod registrations;
 mod uncovered;
 
 pub(crate) use attitudes::attitudes;
 pub(crate) use recent::RecentEvents;
+pub(crate) use registrations::registrations;
 pub(crate) use uncovered::{LOOKED_AT, MIN_KEYFRAMES, uncovered};
 
-use pdn_planning::LinkModel;
 use pdn_schemas::problem::Code;
 use recent::RecentEvent;
 
 /// Of the last events so many of one kind must have been refused before it is told: single outliers are what
 /// they are.
 const MANY_REFUSED: usize = 16;
-
-/// Registrations that P_L expects before it is told that there is none. By chance there is none of ten
-/// expected once in e^10 = 22 000 missions.
-const MANY_EXPECTED: f64 = 10.0;
-
-/// Registrations that were reported before it is told that their measurements are missing.
-const MANY_REGISTERED: u64 = 16;
 
 /// The last events hardly span so long unless they are dated by two clocks, s: 30 days.
 const LONG_S: f64 = 30.0 * 86_400.0;
@@ -91,8 +85,8 @@ pub(crate) fn stamps(recent: &RecentEvents) -> Option<String> {
     let span_s = seconds(first.stamp_ns, last.stamp_ns);
     (span_s > LONG_S).then(|| {
         format!(
-            "stamp_ns of event {} ({}) lies {:.0} days before that of event {} ({}), as if two clocks had made \
-             them: {advice}",
+            "stamp_ns of event {} ({}) lies {:.0} days before that of event {} ({}), as if two clocks had \
+             made them: {advice}",
             first.seq,
             first.kind,
             span_s / 86_400.0,
@@ -106,41 +100,12 @@ fn seconds(from_ns: Option<u64>, to_ns: Option<u64>) -> f64 {
     to_ns.unwrap_or(0).saturating_sub(from_ns.unwrap_or(0)) as f64 * S_PER_NS
 }
 
-/// Registrations that never succeed though P_L expects them to, or that succeed and measure nothing.
-/// `measured` is the number of camera and relative factors of the graph.
-pub(crate) fn registrations(model: &LinkModel, measured: u64) -> Option<String> {
-    let (mut proposed, mut registered, mut expected) = (0, 0, 0.0);
-    let bins = model.bins();
-    for (index, bin) in model.cells().iter().enumerate() {
-        if index / bins > index % bins {
-            continue; // the table is symmetric: each pair of bins counts once
-        }
-        proposed += bin.proposed;
-        registered += bin.registered;
-        expected += bin.proposed as f64 * bin.prior_registered / (bin.prior_registered + bin.prior_failed);
-    }
-    if registered == 0 && expected >= MANY_EXPECTED {
-        return Some(format!(
-            "none of the {proposed} registrations that were tried has succeeded, where link_model.prior \
-             expects {expected:.0}: the images may not match (turbid water, light, blur, another pair than \
-             the one named), or link events say registered = false of those that do; revisits will not pay \
-             until some succeed"
-        ));
-    }
-    (registered >= MANY_REGISTERED && measured == 0).then(|| {
-        format!(
-            "{registered} registrations are told as successful, and the graph has none of their measurements: \
-             send a camera factor with each"
-        )
-    })
-}
-
 /// More is covered than there is, which no new mission can come to.
 pub(crate) fn more_than_all(covered_m2: f64, target_m2: f64) -> Option<String> {
     (covered_m2 > target_m2).then(|| {
         format!(
-            "{covered_m2:.1} m^2 are covered of a target of {target_m2:.1} m^2: target.area_m2 is less than the \
-             facets have, and decisions count the area as negative; configure the next mission with area_m2 \
+            "{covered_m2:.1} m^2 are covered of a target of {target_m2:.1} m^2: target.area_m2 is less than \
+             the facets have, and decisions count the area as negative; configure the next mission with area_m2 \
              null"
         )
     })

@@ -44,8 +44,8 @@ const RULES: &str = "\
   them or `sync_ms` (settings of pdnd), and `durable_seq` follows the last sync. A sync is a two-phase commit:
   what is valid was whole before.
 - The state of a mission is the fold of its records, bit for bit. `refused` and `turned_away` follow from the
-  others or change nothing; the first are compared when a journal is read, by event and code, and a difference
-  is told.
+  others or change nothing; the first are compared when a journal is read, by event and code, and a
+  difference is told.
 - At its start pdnd recovers every journal; a mission that was under way is `held` until someone resumes.
   Records that a crash left written but not committed are taken over if they are whole and follow on the last.
 - What earlier versions wrote is read as any other, and gone on with: the layouts of each generation stand in
