@@ -196,8 +196,8 @@ impl Contract {
         }
         Err(format!(
             "the layouts have changed since the newest of {HISTORY}: what is in the field must stay \
-             readable. Keep golden vectors of what has changed in the folder of the generation before, make a \
-             new one by `cargo run --release -p pdn-schemas -- release`, and name {path} in \
+             readable. Keep golden vectors of what has changed in the folder of the generation before, \
+             make a new one by `cargo run --release -p pdn-schemas -- release`, and name {path} in \
              schemas/src/codec/history.rs"
         ))
     }

@@ -105,8 +105,8 @@ pub(crate) fn more_than_all(covered_m2: f64, target_m2: f64) -> Option<String> {
     (covered_m2 > target_m2).then(|| {
         format!(
             "{covered_m2:.1} m^2 are covered of a target of {target_m2:.1} m^2: target.area_m2 is less than \
-             the facets have, and decisions count the area as negative; configure the next mission with area_m2 \
-             null"
+             the facets have, and decisions count the area as negative; configure the next mission with \
+             area_m2 null"
         )
     })
 }

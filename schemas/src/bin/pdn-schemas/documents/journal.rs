@@ -52,8 +52,8 @@ const RULES: &str = "\
   `schemas/history`, each frame names those by which it was written, and what is appended has the present
   ones. A field that has come since has its default, or what was so before it came.
 - A journal that is damaged, of another format or with layouts of no generation is left as it is and told,
-  with the number of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to the damage to
-  a new file.
+  with the number of the record; nothing of it is guessed. `pdnd recover FILE` writes what is whole up to
+  the damage to a new file.
 - Beside a journal may lie `<number>-<mission>.checkpoint`: what has been solved for, so that a restart need
   not solve again. It names the journal, the record and the CRC before it, the version and its layouts; one
   that does not fit is passed over, with the same outcome. It may be removed.
