@@ -138,6 +138,7 @@ class Client(Commands, Questions):
         kept until they are durable: a program that ends before, however it ends, and is started again goes on
         with `next_seq` of the stream, nothing lost and nothing counted twice. One stream at a time.
         """
+        self._session.lifetime.require_open()
         if self._stream is not None and not self._stream.closed:
             raise ValueError(f"the stream of mission {self._stream.mission} is still open; close it first")
         name = mission if mission is not None else self.mission().mission
