@@ -29,12 +29,13 @@ FORBIDDEN = {
 # package below pdn -> packages below pdn that it may import; demo and cli compose
 PACKAGES = {
     "wire": set(),
+    "files": set(),
     "client": {"wire"},
-    "sim": {"wire", "client"},
-    "console": {"wire", "client"},
-    "plots": {"wire", "client"},
-    "demo": {"wire", "client", "sim", "plots"},
-    "cli": {"wire", "client", "sim", "console", "plots", "demo"},
+    "sim": {"wire", "files", "client"},
+    "console": {"wire", "files", "client"},
+    "plots": {"wire", "files", "client"},
+    "demo": {"wire", "files", "client", "sim", "plots"},
+    "cli": {"wire", "files", "client", "sim", "console", "plots", "demo"},
 }
 
 CLOCKS_AND_IO = (
