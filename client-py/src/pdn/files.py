@@ -36,9 +36,9 @@ def replacing(path: Path, mode: str = "w", **options: Any) -> Iterator[IO[Any]]:
     """
     if mode == "w":
         options = {"encoding": "utf-8", **options}
-    target = Path(os.path.realpath(path))
-    in_place = target.exists() and not stat.S_ISREG(target.stat().st_mode) and not target.is_dir()
     try:
+        in_place = path.exists() and not path.is_file() and not path.is_dir()
+        target = path if in_place else Path(os.path.realpath(path))
         beside = target if in_place else _new_beside(target)
         file = beside.open(mode, **options)
     except OSError as error:
@@ -125,5 +125,5 @@ def _not_written(path: Path, error: OSError) -> FileNotWritten:
             why = f"the file system of {folder} can only be read; name another place"
         case _:
             why = error.strerror or type(error).__name__
-    kept = " What stood there is as it was." if path.is_file() else ""
+    kept = " What stood there is as it was." if os.path.isfile(path) else ""
     return FileNotWritten(error.errno, f"{path} was not written: {why}.{kept}")

@@ -16,7 +16,7 @@ sends), `sender`, `outbox` and `outbox_file` (why nothing is lost), `watch`, `ve
 `lifetime` (Zenoh), `certificates` and `diagnosis` (why it does not work), `errors`.
 """
 
-from .client import Client, connect
+from .client import Client, connect, split_endpoints
 from .diagnosis import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
 from .errors import (
     BadReply,
@@ -74,4 +74,5 @@ __all__ = [
     "Watch",
     "Watched",
     "connect",
+    "split_endpoints",
 ]

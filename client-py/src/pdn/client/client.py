@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -77,6 +78,15 @@ def connect(
         return client
 
     return _first_that_serves(vehicle, endpoints, attempt)
+
+
+def split_endpoints(given: Sequence[str]) -> list[str]:
+    """Endpoints from words that may hold several, apart by commas, as on a command line or in `PDN_CONNECT`.
+
+    A comma parts only before the protocol of the next endpoint: paths of sockets may hold others.
+    """
+    parts = [re.split(r",\s*(?=[a-z][a-z0-9.-]*/)", word) for word in given]
+    return [one for words in parts for one in (word.strip().strip(",") for word in words) if one]
 
 
 def _first_that_serves(vehicle: str, endpoints: Sequence[str], attempt: Callable[[str], Client]) -> Client:
