@@ -30,6 +30,10 @@ class Proxy:
             each.close()
 
     def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._listener.shutdown(
+                socket.SHUT_RDWR
+            )  # Wakes the thread in `accept`, which would take one more.
         self._listener.close()
         self.cut()
 

@@ -31,11 +31,12 @@ FORBIDDEN = {
 # package or module below pdn -> those below pdn that it imports; demo and cli compose
 PACKAGES = {
     "wire": set(),
+    "files": set(),
     "client": {"wire"},
-    "sim": {"wire", "client"},
-    "console": {"wire", "client"},
-    "plots": set(),
-    "demo": {"sim", "plots"},
+    "sim": {"wire", "files", "client"},
+    "console": {"wire", "files", "client"},
+    "plots": {"files"},
+    "demo": {"files", "sim", "plots"},
     "cli": {"sim", "console", "plots", "demo"},
 }
 

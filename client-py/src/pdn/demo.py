@@ -20,6 +20,8 @@ from typing import Annotated, Any
 
 import typer
 
+from pdn import files
+
 ALPHAS = (1.0, 0.75, 0.5, 0.25, 0.0)
 
 READY_WITHIN_S = 20.0
@@ -85,15 +87,15 @@ def demo(
             *[Flight("pdn", alpha, seed) for alpha in ALPHAS],
         )
     ]
-    out.mkdir(parents=True, exist_ok=True)
+    files.make_folder(out)
     began = time.monotonic()
     with running_daemon(daemon, out / "pdnd.log") as endpoint:
         at_a_time = jobs or os.cpu_count() or 1
         results = fly_all(flights, scenario, endpoint, out / "runs", at_a_time, visible=not as_json)
     records = [asdict(result) for result in results]
-    (out / "results.json").write_text(json.dumps(records, indent=2) + "\n", encoding="utf-8")
+    files.write_text(out / "results.json", json.dumps(records, indent=2) + "\n")
     text = table(records)
-    (out / "table.md").write_text(text, encoding="utf-8")
+    files.write_text(out / "table.md", text)
     shown = [out / "runs" / f"{flight.name}.json" for flight in flights if flight.seed == chosen[0]]
     drawn = _draw(shown, out)
     if as_json:
@@ -164,7 +166,7 @@ def _wait_until_it_listens(process: subprocess.Popen[bytes], port: int, log: Pat
     give_up = time.monotonic() + READY_WITHIN_S
     while True:
         if process.poll() is not None:
-            last = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
+            last = log.read_text(encoding="utf-8", errors="replace").strip().split("\n")[-1:]
             raise OSError(f"the daemon ended with code {process.returncode}: {' '.join(last)}; see {log}")
         try:
             socket.create_connection(("127.0.0.1", port), timeout=1.0).close()

@@ -232,3 +232,27 @@ def test_a_pose_graph_that_is_none_ends_with_1(tmp_path: Path) -> None:
     result = run("import", str(path))
     assert result.exit_code == 1
     assert "landmarks.g2o:1: the file ends here, and there is no edge in it" in result.stderr
+
+
+# --- several endpoints ---
+
+
+@pytest.mark.parametrize("given", ["twice", "commas", "environment"])
+def test_endpoints_are_tried_in_turn_and_the_second_is_told(
+    planner: FakePlanner, monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
+    dead = "tcp/127.0.0.1:9"
+    ask(planner, "mission", "show")
+    options = {
+        "twice": ["-e", dead, "-e", planner.endpoint],
+        "commas": ["-e", f"{dead}, {planner.endpoint}"],
+        "environment": [],
+    }[given]
+    if given == "environment":
+        monkeypatch.setenv("PDN_CONNECT", f"{dead},{planner.endpoint}")
+    result = run("mission", "show", "--vehicle", "auv", "--timeout", "1", *options)
+    assert f"connected to {planner.endpoint}; {dead} does not serve" in result.stderr
+    assert "no_mission" in result.stderr
+    none = run("mission", "show", "--vehicle", "auv", "--timeout", "0.5", "-e", dead, "-e", "tcp/127.0.0.1:1")
+    assert none.exit_code == 3
+    assert none.stderr.count("nothing listens there") == 2

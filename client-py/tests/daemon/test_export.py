@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from running import Daemon
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
+from pdn import wire
 from pdn.cli import build
 from pdn.client import connect
 from pdn.console.journal_file import read_journal
@@ -109,6 +112,76 @@ def test_a_mission_is_exported_and_read_back(daemon: Daemon, flown: tuple[Path, 
     paths = by_topic["/pdn/candidates foxglove.SceneUpdate"]
     longest = max(len(line["points"]) for path in paths for line in path["entities"][0]["lines"])
     assert longest > 1
+
+
+SEPARATORS = "one\u2028two\u2029three\u0085four\x0bfive\x0csix\x1cseven\x1deight\x1enine"
+"""What `str.splitlines` takes for ends of lines beside the newline."""
+
+
+def test_the_reasons_of_a_replayed_log_and_its_times_are_kept(daemon: Daemon, tmp_path: Path) -> None:
+    day = 1_700_000_000_000_000_000
+    origin = wire.Pose(translation=(0.0, 0.0, 5.0), rotation=(0.0, 0.0, 0.0, 1.0))
+    step = wire.Pose(translation=(0.5, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0))
+    facet = {"origin": [0, 0, 8], "u": [0, 1, 0], "v": [1, 0, 0], "length_u_m": 4, "length_v_m": 4}
+    with connect("auv", daemon.endpoint) as client:
+        client.configure({"mission": "m", "target": {"facets": [facet]}})
+        client.start(SEPARATORS)
+        with client.mission_stream() as events:
+            for k in range(5):
+                events.keyframe(k, origin if k == 0 else None, saliency=(0.9, 0.5), stamp_ns=day + k)
+                if k:
+                    events.odometry(k - 1, k, step, 1e-4 * np.eye(6), stamp_ns=day + k)
+                events.depth(k, 5.0, 0.01, stamp_ns=day + k)
+        client.decision(after=events.next_seq - 1)
+        client.complete(SEPARATORS)
+    daemon.kill()
+    (journal,) = (daemon.folder / "state" / "auv").glob("*.redb")
+    mcap, tables = tmp_path / "m.mcap", tmp_path / "tables"
+    exported(journal, daemon, "--mcap", str(mcap), "--csv", str(tables))
+    with (tables / "commands.csv").open(encoding="utf-8", newline="") as file:
+        reasons = [row["reason"] for row in csv.DictReader(file)]
+    assert reasons == ["", SEPARATORS, SEPARATORS]
+    with mcap.open("rb") as file:
+        read = [
+            (channel.topic, message.log_time, json.loads(message.data))
+            for _, channel, message in make_reader(file).iter_messages()
+        ]
+    times = [time for _, time, _ in read]
+    assert (min(times), max(times)) == (day, day + 4)
+    assert [content["reason"] for topic, _, content in read if topic == "/pdn/command"] == [SEPARATORS] * 2
+
+    (transform,) = [content for topic, _, content in read if topic == "/tf"]
+    first = next(content for topic, _, content in read if topic == "/pdn/robot")
+    assert (transform["child_frame_id"], transform["parent_frame_id"]) == (first["frame_id"], "world_enu")
+    x, y, z, w = (transform["rotation"][axis] for axis in "xyzw")
+    rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
+    # North-east-down to east-north-up, to rounding.
+    np.testing.assert_allclose(rotation, [[0, 1, 0], [1, 0, 0], [0, 0, -1]], atol=1e-15)
+    place = rotation @ [first["pose"]["position"][axis] for axis in "xyz"]
+    assert place[2] == pytest.approx(-5.0, abs=0.1), "5 m deep is 5 m below the root"
+
+
+def test_an_export_that_fails_leaves_the_files_of_before(
+    daemon: Daemon, flown: tuple[Path, Run], tmp_path: Path
+) -> None:
+    journal, _ = flown
+    tables, mcap = tmp_path / "tables", tmp_path / "m.mcap"
+    exported(journal, daemon, "--csv", str(tables), "--mcap", str(mcap))
+    names = ["keyframes", "factors", "links", "decisions", "candidates", "commands"]
+    for path in (mcap, *(tables / f"{name}.csv" for name in names)):
+        path.write_text("good")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for option in (["--csv", str(tables)], ["--mcap", str(mcap)]):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+        try:
+            command = ["export", str(journal), "--pdnd", str(daemon.binary), *option]
+            done = CliRunner().invoke(build(), command)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert done.exit_code == 1
+        assert "was not written: " in done.stderr
+    assert {path.read_text() for path in (mcap, *tables.iterdir())} == {"good"}
+    assert sorted(path.stem for path in tables.iterdir()) == sorted(names), "nothing is left beside"
 
 
 def test_what_cannot_be_exported_is_told(daemon: Daemon, tmp_path: Path) -> None:

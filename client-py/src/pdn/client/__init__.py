@@ -12,18 +12,20 @@
             print(client.decision(after=seq).reason)
 
 Reading order: `client`, `questions` and `commands` (what can be asked), `stream` and `events` (what a vehicle
-sends), `sender`, `outbox` and `outbox_file` (why nothing is lost), `watch`, `vehicle_session` and `session`
-(Zenoh), `certificates` and `diagnosis` (why it does not work), `errors`.
+sends), `sender`, `outbox` and `outbox_file` (why nothing is lost), `watch`, `vehicle_session`, `session` and
+`lifetime` (Zenoh), `certificates` and `diagnosis` (why it does not work), `errors`.
 """
 
-from .client import Client, connect
+from .client import Client, connect, split_endpoints
 from .diagnosis import DEFAULT_ENDPOINT, DEFAULT_VEHICLE
 from .errors import (
     BadReply,
+    Closed,
     Conflict,
     ConnectionFailed,
     DeadlineMissed,
     EventsRefused,
+    Forked,
     IllegalTransition,
     MissionGap,
     MissionLost,
@@ -47,10 +49,12 @@ __all__ = [
     "DEFAULT_VEHICLE",
     "BadReply",
     "Client",
+    "Closed",
     "Conflict",
     "ConnectionFailed",
     "DeadlineMissed",
     "EventsRefused",
+    "Forked",
     "IllegalTransition",
     "MissionGap",
     "MissionLost",
@@ -70,4 +74,5 @@ __all__ = [
     "Watch",
     "Watched",
     "connect",
+    "split_endpoints",
 ]

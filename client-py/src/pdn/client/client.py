@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import threading
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -13,7 +14,7 @@ from pdn import wire
 
 from .commands import Commands
 from .diagnosis import DEFAULT_ENDPOINT
-from .errors import PlannerAbsent, Refused, Timeout
+from .errors import ConnectionFailed, NotAllowed, PdnError, PlannerAbsent, Refused, Timeout
 from .outbox import WINDOW
 from .questions import Questions
 from .session import open_session
@@ -24,14 +25,11 @@ from .watch import Watch
 TIMEOUT_S = 10.0
 """Longest wait for an answer unless a call says otherwise, s."""
 
-CLOSE_TIMEOUT_S = 3.0
-"""Longest wait for Zenoh to close a session, s; it can hang on a link that stands still."""
-
 
 def connect(
     vehicle: str,
-    endpoint: str = DEFAULT_ENDPOINT,
-    *,
+    endpoint: str | Sequence[str] = DEFAULT_ENDPOINT,
+    *others: str,
     timeout_s: float = TIMEOUT_S,
     connect_timeout_s: float = 5.0,
     config_file: str | Path | None = None,
@@ -44,26 +42,69 @@ def connect(
 
         with pdn.client.connect("auv-1") as client:
             print(client.mission().phase)
+        with pdn.client.connect("auv-1", "tcp/10.0.0.2:7447", "tcp/10.0.1.2:7447") as client:
+            print(client.endpoint)
 
-    `timeout_s` bounds each question, `connect_timeout_s` each of the two steps here. `certificate` is the
-    client's for a secured daemon (`tls/...`), with its key and the authority's `ca.pem` beside it;
-    `config_file` is a Zenoh configuration, for instance with other places for them. `console` announces an
-    operator's console of that name. `outbox` is a folder for the streams of this client, see
+    Several endpoints, given one after the other or as a sequence, are tried in that order, each for its own
+    time; `client.endpoint` is the one that serves. They should be ways to one daemon: when the link breaks
+    later, Zenoh tries them all in turn, and goes on with the first that takes it.
+
+    `timeout_s` bounds each question, `connect_timeout_s` each of the two steps here, for each endpoint.
+    `certificate` is the client's for a secured daemon (`tls/...`), with its key and the authority's `ca.pem`
+    beside it; `config_file` is a Zenoh configuration, for instance with other places for them. `console`
+    announces an operator's console of that name. `outbox` is a folder for the streams of this client, see
     `mission_stream`. With `json_on_wire` messages travel as JSON, to be read on the way.
-    Raises `ConnectionFailed`, `PlannerAbsent`, `NotAllowed` or `Timeout`, with what is probably wrong.
+    Raises `ConnectionFailed`, `PlannerAbsent`, `NotAllowed` or `Timeout`, with what is probably wrong;
+    `Forked` in a process that was forked from one that had connected.
     """
     wire.key(vehicle, wire.Topic.RPC_MISSION)  # Refuses an id that would make no key.
-    session, presented = open_session(endpoint, connect_timeout_s, config_file, certificate)
-    form = wire.Format.JSON if json_on_wire else wire.Format.BINCODE
-    client = Client(VehicleSession(session, vehicle, endpoint, form, presented), timeout_s, outbox)
-    try:
-        client.wait_for_planner(connect_timeout_s)
-        if console is not None:
-            client.announce(wire.console_key(vehicle, console))
-    except BaseException:
-        client.close()
-        raise
-    return client
+    given = (endpoint, *others) if isinstance(endpoint, str) else (*endpoint, *others)
+    endpoints = tuple(dict.fromkeys(given))
+    if not endpoints:
+        raise ConnectionFailed(f"No endpoint was given; write one like {DEFAULT_ENDPOINT}")
+
+    def attempt(one: str) -> Client:
+        rest = tuple(other for other in endpoints if other != one)
+        session, presented = open_session(one, connect_timeout_s, config_file, certificate, rest)
+        form = wire.Format.JSON if json_on_wire else wire.Format.BINCODE
+        client = Client(VehicleSession(session, vehicle, one, form, presented, endpoints), timeout_s, outbox)
+        try:
+            client.wait_for_planner(connect_timeout_s)
+            if console is not None:
+                client.announce(wire.console_key(vehicle, console))
+        except BaseException:
+            client.close()
+            raise
+        return client
+
+    return _first_that_serves(vehicle, endpoints, attempt)
+
+
+def split_endpoints(given: Sequence[str]) -> list[str]:
+    """Endpoints from words that may hold several, apart by commas, as on a command line or in `PDN_CONNECT`.
+
+    A comma parts only before the protocol of the next endpoint: paths of sockets may hold others.
+    """
+    parts = [re.split(r",\s*(?=[a-z][a-z0-9.-]*/)", word) for word in given]
+    return [one for words in parts for one in (word.strip().strip(",") for word in words) if one]
+
+
+def _first_that_serves(vehicle: str, endpoints: Sequence[str], attempt: Callable[[str], Client]) -> Client:
+    failures: dict[str, PdnError] = {}
+    for endpoint in endpoints:
+        try:
+            return attempt(endpoint)
+        except (ConnectionFailed, PlannerAbsent, NotAllowed, Timeout) as error:
+            failures[endpoint] = error
+    *_, last = failures.values()
+    if len(failures) == 1:
+        raise last
+    kinds = {type(error) for error in failures.values()}
+    kind = (
+        kinds.pop() if len(kinds) == 1 and isinstance(last, (PlannerAbsent, NotAllowed)) else ConnectionFailed
+    )
+    reasons = "".join(f"\n  {endpoint}: {error}" for endpoint, error in failures.items())
+    raise kind(f"None of {len(failures)} endpoints serves {vehicle}:{reasons}") from last
 
 
 class Client(Commands, Questions):
@@ -72,15 +113,23 @@ class Client(Commands, Questions):
     Every method that asks takes `timeout_s`, asks again while nobody answers or there is no room for the
     question, and raises `Refused` with the planner's reason, `Timeout`, or `PlannerAbsent`. `mission` names
     another mission than the one configured last. Safe to use from several threads.
+
+    After `close`, by whatever thread, every call raises `Closed`, those under way too; in a process that was
+    forked from this one they raise `Forked`. A program that ends with the client open gives its streams a
+    few seconds to be confirmed, says what was not, and closes it.
     """
 
     def __init__(self, session: VehicleSession, timeout_s: float, outbox: str | Path | None = None) -> None:
         super().__init__(session, timeout_s)
         self._outbox = outbox
         self.vehicle = session.vehicle
-        self.endpoint = session.endpoint
         self._tokens: dict[str, zenoh.LivelinessToken] = {}
         self._stream: MissionStream | None = None
+
+    @property
+    def endpoint(self) -> str:
+        """Where the daemon is that serves, as it was written for `connect`."""
+        return self._session.endpoint
 
     def mission_stream(
         self,
@@ -99,6 +148,7 @@ class Client(Commands, Questions):
         kept until they are durable: a program that ends before, however it ends, and is started again goes on
         with `next_seq` of the stream, nothing lost and nothing counted twice. One stream at a time.
         """
+        self._session.lifetime.require_open()
         if self._stream is not None and not self._stream.closed:
             raise ValueError(f"the stream of mission {self._stream.mission} is still open; close it first")
         name = mission if mission is not None else self.mission().mission
@@ -136,16 +186,19 @@ class Client(Commands, Questions):
     def announce(self, key: str) -> None:
         """Holds a liveliness token of that key as long as the client is open."""
         if key not in self._tokens:
-            self._tokens[key] = self._session.zenoh_session.liveliness().declare_token(key)
+            self._tokens[key] = self._session.announce(key)
 
     def close(self) -> None:
-        """Ends the connection; what a stream has not confirmed by then is sent no more."""
+        """Ends the connection; what a stream has not confirmed by then is sent no more.
+
+        Calls under way in other threads end with `Closed`. Takes some seconds at most; the second time does
+        nothing, and so does a call in a process that was forked from this one.
+        """
+        self._session.lifetime.begin_closing()
         if self._stream is not None:
             self._stream.close()
         self._tokens.clear()
-        closing = threading.Thread(target=self._session.zenoh_session.close, name="pdn-close", daemon=True)
-        closing.start()
-        closing.join(CLOSE_TIMEOUT_S)
+        self._session.lifetime.close()
 
     def __enter__(self) -> Self:
         return self

@@ -17,6 +17,8 @@ Every error of this library is a `PdnError`, so that one `except` covers all of 
     │   ├── MissionLost       the planner no longer has events that it had confirmed
     │   ├── TwoPublishers     another program sends events of the mission under the same numbers
     │   └── MissionGap        the planner waits for events that this stream never had
+    ├── Closed                the client, stream or watch was closed, here or by another thread
+    ├── Forked                the process was forked from one that had connected
     └── BadReply              an answer that this version cannot read
 """
 
@@ -84,6 +86,14 @@ class TwoPublishers(StreamBroken):
 
 class MissionGap(StreamBroken):
     """The planner waits for events that this stream never had; only their first sender can bring them."""
+
+
+class Closed(PdnError):
+    """The client, stream or watch was closed, by this program, before or during the call."""
+
+
+class Forked(PdnError):
+    """This process was forked from one that had connected; Zenoh's threads did not come along."""
 
 
 class BadReply(PdnError):

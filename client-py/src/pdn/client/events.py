@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
@@ -13,11 +15,19 @@ from pdn import wire
 Covariance = NDArray[np.float64] | Sequence[float] | Sequence[Sequence[float]]
 """A square matrix, or its numbers row by row."""
 
+STAMPS = 1 << 64
+"""Times that an event can carry, ns since 1970."""
+
 Event = wire.Keyframe | wire.Factor | wire.LinkOutcome
 
 
 class Events(ABC):
-    """Methods that make events of what a vehicle knows; each returns the event's number."""
+    """Methods that make events of what a vehicle knows; each returns the event's number.
+
+    `stamp_ns` is when it was measured, in nanoseconds since 1970, UTC; without it, now. It is for whoever
+    reads the record (journal, exports), for instance of a log that is replayed: no estimate and no decision
+    depends on it.
+    """
 
     mission: str
 
@@ -60,28 +70,49 @@ class Events(ABC):
             stamp_ns,
         )
 
-    def prior(self, keyframe: int, pose: wire.Pose, covariance: Covariance) -> int:
+    def prior(
+        self, keyframe: int, pose: wire.Pose, covariance: Covariance, *, stamp_ns: int | None = None
+    ) -> int:
         """A measured pose; 6x6 over [m; rad]."""
         return self.factor(
-            wire.FactorKind.Prior(keyframe=keyframe, pose=pose, covariance=_row_major(covariance, 6))
+            wire.FactorKind.Prior(keyframe=keyframe, pose=pose, covariance=_row_major(covariance, 6)),
+            stamp_ns=stamp_ns,
         )
 
-    def odometry(self, from_: int, to: int, relative: wire.Pose, covariance: Covariance) -> int:
+    def odometry(
+        self,
+        from_: int,
+        to: int,
+        relative: wire.Pose,
+        covariance: Covariance,
+        *,
+        stamp_ns: int | None = None,
+    ) -> int:
         """The step between successive keyframes: the pose of `to` in the body frame of `from_`; 6x6 over
         [m; rad].
         """
         return self.factor(
             wire.FactorKind.Odometry(
                 from_=from_, to=to, relative=relative, covariance=_row_major(covariance, 6)
-            )
+            ),
+            stamp_ns=stamp_ns,
         )
 
-    def relative(self, from_: int, to: int, relative: wire.Pose, covariance: Covariance) -> int:
+    def relative(
+        self,
+        from_: int,
+        to: int,
+        relative: wire.Pose,
+        covariance: Covariance,
+        *,
+        stamp_ns: int | None = None,
+    ) -> int:
         """The pose of `to` in the body frame of `from_`, for any two keyframes; 6x6 over [m; rad]."""
         return self.factor(
             wire.FactorKind.Relative(
                 from_=from_, to=to, relative=relative, covariance=_row_major(covariance, 6)
-            )
+            ),
+            stamp_ns=stamp_ns,
         )
 
     def camera(
@@ -91,6 +122,8 @@ class Events(ABC):
         direction: Sequence[float],
         rotation: Sequence[float],
         covariance: Covariance,
+        *,
+        stamp_ns: int | None = None,
     ) -> int:
         """A monocular registration: unit baseline and rotation of the camera of `to` seen from that of
         `from_`; 5x5, rad.
@@ -102,7 +135,8 @@ class Events(ABC):
                 direction=_vector(direction),
                 rotation=_quaternion(rotation),
                 covariance=_row_major(covariance, 5),
-            )
+            ),
+            stamp_ns=stamp_ns,
         )
 
     def attitude(
@@ -111,6 +145,8 @@ class Events(ABC):
         rotation: Sequence[float],
         tilt_variance_rad2: float,
         heading_variance_rad2: float | None = None,
+        *,
+        stamp_ns: int | None = None,
     ) -> int:
         """The measured rotation of `world_from_body`, [x, y, z, w].
 
@@ -123,21 +159,33 @@ class Events(ABC):
                 rotation=_quaternion(rotation),
                 tilt_variance_rad2=tilt_variance_rad2,
                 heading_variance_rad2=heading_variance_rad2,
-            )
+            ),
+            stamp_ns=stamp_ns,
         )
 
-    def depth(self, keyframe: int, depth_m: float, variance_m2: float) -> int:
+    def depth(self, keyframe: int, depth_m: float, variance_m2: float, *, stamp_ns: int | None = None) -> int:
         """The measured depth, positive down."""
-        return self.factor(wire.FactorKind.Depth(keyframe=keyframe, depth_m=depth_m, variance_m2=variance_m2))
+        return self.factor(
+            wire.FactorKind.Depth(keyframe=keyframe, depth_m=depth_m, variance_m2=variance_m2),
+            stamp_ns=stamp_ns,
+        )
 
-    def position(self, keyframe: int, position: Sequence[float], covariance: Covariance) -> int:
+    def position(
+        self,
+        keyframe: int,
+        position: Sequence[float],
+        covariance: Covariance,
+        *,
+        stamp_ns: int | None = None,
+    ) -> int:
         """A measured position in the world; 3x3 in m^2, third row and column zero where the depth is not
         observed.
         """
         return self.factor(
             wire.FactorKind.Position(
                 keyframe=keyframe, position=_vector(position), covariance=_row_major(covariance, 3)
-            )
+            ),
+            stamp_ns=stamp_ns,
         )
 
     def factor(self, factor: wire.AnyFactorKind, *, stamp_ns: int | None = None) -> int:
@@ -159,6 +207,23 @@ class Events(ABC):
             ),
             stamp_ns,
         )
+
+
+def checked_stamp(stamp_ns: int | None) -> int:
+    """The time of an event, ns: the given one, or the clock's; raises `WireError`, and no number is taken."""
+    if stamp_ns is None:
+        return time.time_ns()
+    try:
+        stamp = operator.index(stamp_ns)
+    except TypeError:
+        stamp = -1
+    if isinstance(stamp_ns, bool) or not 0 <= stamp < STAMPS:
+        raise wire.WireError(
+            wire.Code.INVALID,
+            f"stamp_ns must be nanoseconds since 1970 as a whole number, 0 to 2^64 - 1, not {stamp_ns!r}; "
+            "from seconds: round(seconds * 1e9)",
+        )
+    return stamp
 
 
 def _row_major(matrix: Covariance, size: int) -> tuple[float, ...]:

@@ -22,9 +22,11 @@ from collections.abc import Callable
 from .backoff import STALL_LAST_S, STALL_S, Backoff
 from .errors import (
     BadReply,
+    Closed,
     MissionLost,
     MissionUnknown,
     OutboxFull,
+    OutboxUnusable,
     PdnError,
     ProblemLike,
     StreamBroken,
@@ -142,6 +144,9 @@ class Sender:
         `StreamBroken`."""
         deadline_s = time.monotonic() + timeout_s
         with self._changed:
+            if self._closing and self._outbox.empty:
+                self._refusals.raise_new()
+                return
             emptied = self._changed.wait_for(lambda: self._broken or self._outbox.empty, timeout_s)
             self._raise_pending()
             if not emptied:
@@ -156,9 +161,29 @@ class Sender:
             self._refusals.raise_unannounced(status.rejected)
             self._raise_pending()
 
+    @property
+    def fate(self) -> str:
+        """What becomes of the events that are not durable when nobody sends them any more."""
+        first, last = self._outbox.durable_seq, self._outbox.next_seq - 1
+        if self._store is not None:
+            return (
+                f"Events {first} to {last} are kept in {self._store.path}, for the next program that opens "
+                "the stream."
+            )
+        return (
+            f"Events {first} to {last} may not have reached the planner. Use `with`, or flush() at the end; "
+            "an outbox keeps them."
+        )
+
     def close(self, timeout_s: float = 2.0) -> None:
         """Stops the thread; what is not durable is sent no more."""
         self._closing = True
+        with self._changed:
+            if self._broken is None:
+                self._broken = Closed(
+                    f"The stream of mission {self.mission} is closed; open another with mission_stream()."
+                )
+            self._changed.notify_all()
         self._wake()
         if self._thread.is_alive() and threading.current_thread() is not self._thread:
             self._thread.join(timeout_s)
@@ -216,14 +241,19 @@ class Sender:
         self._planner_present = False
 
     def _run(self) -> None:
-        for entry in self._outbox.take(self._outbox.window):  # What an earlier program has left, all of it.
-            self._transport.send(entry)
-        while not self._closing:
-            self._process_inbox()
-            if self._broken is None:
-                self._transmit()
-                if self._resync_requested or self._stalled():
-                    self._resynchronise()
+        try:
+            for entry in self._outbox.take(self._outbox.window):  # All that an earlier program has left.
+                self._transport.send(entry)
+            while not self._closing:
+                self._process_inbox()
+                if self._broken is None:
+                    self._transmit()
+                    if self._resync_requested or self._stalled():
+                        self._resynchronise()
+        except PdnError as error:
+            self._break(error)
+        except OSError as error:  # Of the outbox on disk.
+            self._break(OutboxUnusable(f"The outbox of mission {self.mission} cannot be written: {error}"))
 
     def _process_inbox(self) -> None:
         pause_s = self._pause_s()
@@ -304,7 +334,7 @@ class Sender:
 
     def _break(self, error: PdnError) -> None:
         with self._changed:
-            self._broken = error
+            self._broken = self._broken or error
             self._changed.notify_all()
 
     # --- small parts ---

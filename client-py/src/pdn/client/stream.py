@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import time
+import contextlib
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
@@ -12,13 +13,13 @@ import zenoh
 
 from pdn import wire
 
-from .errors import ProblemLike
-from .events import Event, Events
+from .errors import PdnError, ProblemLike
+from .events import Event, Events, checked_stamp
 from .mission_transport import MissionTransport, status_without_gaps
 from .outbox import WINDOW, Entry
 from .outbox_file import OutboxFile
 from .sender import Sender
-from .vehicle_session import VehicleSession, decode_sample
+from .vehicle_session import Subscription, VehicleSession, decode_sample
 
 OnRejected = Literal["raise", "collect"] | Callable[[ProblemLike], None]
 
@@ -27,6 +28,9 @@ POST_TIMEOUT_S = 30.0
 
 FLUSH_TIMEOUT_S = 60.0
 """Longest wait for the confirmation of everything that was sent, s."""
+
+
+_log = logging.getLogger("pdn.client")
 
 
 class MissionStream(Events):
@@ -83,6 +87,7 @@ class MissionStream(Events):
         self._sender = sender
         self._declarations = self._declare(session)
         sender.start()  # Now that what comes of it can be heard.
+        session.lifetime.streams.add(self)
 
     @property
     def next_seq(self) -> int:
@@ -101,16 +106,36 @@ class MissionStream(Events):
 
     def flush(self, timeout_s: float = FLUSH_TIMEOUT_S) -> None:
         """Waits until every event is durable and every refusal is known; raises `Timeout`,
-        `EventsRefused`, `StreamBroken`.
+        `EventsRefused`, `StreamBroken`, and `Closed` if not all were when the stream was closed.
         """
+        if self._session.lifetime.forked:
+            self._session.lifetime.require_open()
         self._sender.flush(timeout_s)
 
     def close(self) -> None:
-        """Stops at once; what is not durable is sent no more. `flush` first, or use `with`."""
+        """Stops at once; what is not durable is sent no more. `flush` first, or use `with`.
+
+        Calls that wait in other threads end with `Closed`.
+        """
         self.closed = True
+        if self._session.lifetime.forked:
+            return  # The thread, the file and the events are the other process's.
         self._sender.close()
         while self._declarations:
-            self._declarations.pop().undeclare()  # type: ignore[no-untyped-call]
+            self._declarations.pop().close()
+
+    def settle(self, timeout_s: float) -> None:
+        """At the end of the program: waits for what is under way, tells what remains, and stops."""
+        if self.closed:
+            return
+        try:
+            self.flush(timeout_s)
+        except PdnError as error:
+            _log.warning("The program ended with the stream of mission %s open: %s", self.mission, error)
+            if self.next_seq > self.durable_seq:
+                _log.warning("%s", self._sender.fate)
+        with contextlib.suppress(PdnError):
+            self.close()
 
     def __enter__(self) -> Self:
         return self
@@ -124,7 +149,7 @@ class MissionStream(Events):
         finally:
             self.close()
 
-    def _declare(self, session: VehicleSession) -> list[zenoh.Subscriber[None]]:
+    def _declare(self, session: VehicleSession) -> list[Subscription]:
         sender = self._sender
         return [
             session.subscribe(
@@ -147,7 +172,8 @@ class MissionStream(Events):
         message: Callable[[int, int], Event],
         stamp_ns: int | None,
     ) -> int:
-        stamp = time.time_ns() if stamp_ns is None else stamp_ns
+        self._session.lifetime.require_open()
+        stamp = checked_stamp(stamp_ns)
 
         def encoded(seq: int) -> Entry:
             event = message(seq, stamp)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import logging
+import threading
 import time
-from collections.abc import Callable, Mapping
-from typing import TypeVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import zenoh
 
@@ -13,7 +15,8 @@ from pdn import wire
 
 from .certificates import Certificate
 from .diagnosis import why_not_allowed
-from .errors import BadReply, NotAllowed, Overloaded, PlannerAbsent, Timeout, refused
+from .errors import BadReply, ConnectionFailed, NotAllowed, Overloaded, PlannerAbsent, Timeout, refused
+from .lifetime import Lifetime
 from .outbox import Entry
 
 M = TypeVar("M")
@@ -31,6 +34,11 @@ DENIED_S = 1.0
 ANSWER_MARGIN_S = 0.25
 """How long before the time-out the planner is told to answer, s."""
 
+HEARD_CAPACITY = 256
+"""Publications that a subscription holds until its thread takes them; beyond, Zenoh waits."""
+
+_log = logging.getLogger("pdn.client")
+
 
 class VehicleSession:
     """What a vehicle, or a console of its operator, publishes, asks and subscribes to."""
@@ -42,12 +50,27 @@ class VehicleSession:
         endpoint: str,
         form: wire.Format,
         certificate: Certificate | None = None,
+        endpoints: Sequence[str] = (),
     ) -> None:
         self.certificate = certificate
-        self.zenoh_session = session
+        self.lifetime = Lifetime(session)
         self.vehicle = vehicle
-        self.endpoint = endpoint
         self.form = form
+        self._session = session
+        self._endpoint = endpoint
+        self._endpoints = endpoints
+
+    @property
+    def endpoint(self) -> str:
+        """The one of the endpoints that the session is linked with, or was last.
+
+        After a break Zenoh may go to another of several; where that is written with a host's name it cannot
+        be told apart from the link, and the one of the beginning stands.
+        """
+        if len(self._endpoints) > 1 and not self.lifetime.closed:
+            linked = [str(link.dst) for link in self._session.info.links()]
+            self._endpoint = next((one for one in self._endpoints if one in linked), self._endpoint)
+        return self._endpoint
 
     def ask(
         self,
@@ -72,14 +95,15 @@ class VehicleSession:
         overloaded: Overloaded | None = None
         presence_checked = False
         while (left_s := deadline_s - time.monotonic()) > 0.0:
-            replies = self.zenoh_session.get(
-                selector,
-                timeout=left_s,
-                payload=payload,
-                encoding=encoding,
-                consolidation=zenoh.ConsolidationMode.NONE,
-                congestion_control=zenoh.CongestionControl.BLOCK,
-            )
+            with self._in_use("ask the planner"):
+                replies = self._session.get(
+                    selector,
+                    timeout=left_s,
+                    payload=payload,
+                    encoding=encoding,
+                    consolidation=zenoh.ConsolidationMode.NONE,
+                    congestion_control=zenoh.CongestionControl.BLOCK,
+                )
             overloaded = None
             for reply in replies:
                 try:
@@ -95,8 +119,9 @@ class VehicleSession:
                 presence_checked = True
                 if self.planner_is_alive():
                     raise self._not_allowed(topic)
-            time.sleep(max(0.0, min(wait_s, deadline_s - time.monotonic())))
+            self.lifetime.pause(max(0.0, min(wait_s, deadline_s - time.monotonic())))
             pause_s = min(2.0 * pause_s, RETRY_LAST_S)
+        self.lifetime.require_open()
         if overloaded is not None:
             raise overloaded
         if self.planner_is_alive():
@@ -108,7 +133,7 @@ class VehicleSession:
     def send(self, entry: Entry) -> None:
         """Publishes an event. On a broken link it vanishes, which the sender notices."""
         with contextlib.suppress(zenoh.ZError):
-            self.zenoh_session.put(
+            self._session.put(
                 entry.key,
                 entry.payload,
                 encoding=entry.encoding,
@@ -122,38 +147,65 @@ class VehicleSession:
         that it listens, and that can be seen.
         """
         key = wire.key(self.vehicle, topic)
-        publisher = self.zenoh_session.declare_publisher(key)
+        with self._in_use("publish"):
+            publisher = self._session.declare_publisher(key)
         try:
             give_up_s = time.monotonic() + timeout_s
             while not publisher.matching_status.matching:  # type: ignore[attr-defined]
+                self.lifetime.require_open()
                 if time.monotonic() > give_up_s:
                     raise self._not_allowed(topic)
-                time.sleep(RETRY_FIRST_S)
+                self.lifetime.pause(RETRY_FIRST_S)
         finally:
-            publisher.undeclare()  # type: ignore[no-untyped-call]
+            with contextlib.suppress(zenoh.ZError):
+                publisher.undeclare()  # type: ignore[no-untyped-call]
 
-    def subscribe(
-        self, topic: wire.Topic, callback: Callable[[zenoh.Sample], None]
-    ) -> zenoh.Subscriber[None]:
-        """Hears the planner's publications; `callback` runs on a thread of Zenoh and must not block."""
-        return self.zenoh_session.declare_subscriber(wire.key(self.vehicle, topic), callback)
+    def subscribe(self, topic: wire.Topic, callback: Callable[[zenoh.Sample], None]) -> Subscription:
+        """Hears the planner's publications; `callback` runs on a thread of its own and must not block."""
+        with self._in_use("subscribe"):
+            return Subscription(
+                self.lifetime,
+                self._session.declare_subscriber(
+                    wire.key(self.vehicle, topic), zenoh.handlers.FifoChannel(HEARD_CAPACITY)
+                ),
+                callback,
+            )
 
-    def subscribe_presence(
-        self, callback: Callable[[bool], None], *, history: bool
-    ) -> zenoh.Subscriber[None]:
+    def subscribe_presence(self, callback: Callable[[bool], None], *, history: bool) -> Subscription:
         """Hears the planner come (True) and go (False); with `history` also that it is there already."""
-        return self.zenoh_session.liveliness().declare_subscriber(
-            wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER),
-            lambda sample: callback(sample.kind == zenoh.SampleKind.PUT),
-            history=history,
-        )
+        with self._in_use("subscribe"):
+            return Subscription(
+                self.lifetime,
+                self._session.liveliness().declare_subscriber(
+                    wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER),
+                    zenoh.handlers.FifoChannel(HEARD_CAPACITY),
+                    history=history,
+                ),
+                lambda sample: callback(sample.kind == zenoh.SampleKind.PUT),
+            )
+
+    def announce(self, key: str) -> zenoh.LivelinessToken:
+        """A liveliness token of that key."""
+        with self._in_use("announce"):
+            return self._session.liveliness().declare_token(key)
 
     def planner_is_alive(self, timeout_s: float = 1.0) -> bool:
         """Whether the planner's liveliness token is seen."""
-        tokens = self.zenoh_session.liveliness().get(
-            wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER), timeout=timeout_s
-        )
-        return any(reply.ok is not None for reply in tokens)
+        with self._in_use("look for the planner"):
+            tokens = self._session.liveliness().get(
+                wire.key(self.vehicle, wire.Topic.ALIVE_PLANNER), timeout=timeout_s
+            )
+            return any(reply.ok is not None for reply in tokens)
+
+    @contextlib.contextmanager
+    def _in_use(self, purpose: str) -> Iterator[None]:
+        """A call of Zenoh, which knows one kind of error; raises `Closed`, `Forked` or `ConnectionFailed`."""
+        self.lifetime.require_open()
+        try:
+            yield
+        except zenoh.ZError as error:
+            self.lifetime.require_open()
+            raise ConnectionFailed(f"Zenoh cannot {purpose} at {self.endpoint}: {error}") from error
 
     def _selector(self, topic: wire.Topic, parameters: Mapping[str, object]) -> str:
         given = {name: value for name, value in parameters.items() if value is not None}
@@ -181,12 +233,41 @@ class VehicleSession:
         )
 
     def _absence_reason(self) -> str:
-        if self.zenoh_session.is_closed() or not any(self.zenoh_session.info.routers_zid()):
+        if self._session.is_closed() or not any(self._session.info.routers_zid()):
             return "the connection to the daemon is gone. Is it still running?"
         return (
             "the daemon is there, but no planner has announced itself for this vehicle. "
             "Is it starting, or may this client not see it (certificate, role)?"
         )
+
+
+class Subscription:
+    """What is heard, handed to a function on a daemon thread, until this is closed or dropped.
+
+    Zenoh's own thread for a function is none that a program may end beside.
+    """
+
+    def __init__(self, lifetime: Lifetime, subscriber: Any, callback: Callable[[zenoh.Sample], None]) -> None:
+        self._lifetime = lifetime
+        self._subscriber: Any = subscriber
+        threading.Thread(
+            target=_hand_over, args=(subscriber.handler, callback), name="pdn-heard", daemon=True
+        ).start()
+
+    def close(self) -> None:
+        """Hears no more."""
+        subscriber, self._subscriber = self._subscriber, None
+        if subscriber is not None and not self._lifetime.closed:
+            with contextlib.suppress(zenoh.ZError):
+                subscriber.undeclare()
+
+
+def _hand_over(heard: Any, callback: Callable[[zenoh.Sample], None]) -> None:
+    for sample in heard:
+        try:
+            callback(sample)
+        except Exception:
+            _log.exception("what came under %s could not be handled", sample.key_expr)
 
 
 def decode_sample(sample: zenoh.Sample, kind: type[M]) -> M:

@@ -19,6 +19,9 @@ from .vehicle_session import VehicleSession, decode_sample
 QUEUE_CAPACITY = 1024
 """Publications that may wait to be read; beyond, the oldest give way and are counted in `dropped`."""
 
+CLOSED_S = 0.25
+"""A reader sees that the watch is closed after this at the latest, s."""
+
 
 @dataclass(frozen=True, slots=True)
 class PlannerPresence:
@@ -42,39 +45,59 @@ _KINDS: tuple[tuple[wire.Topic, type[Published]], ...] = (
 
 
 class Watch:
-    """An iterator over what the planner publishes, from now on; a context manager."""
+    """An iterator over what the planner publishes, from now on; a context manager.
+
+    The iteration ends once the watch or its client is closed, by whatever thread. A watch that nobody refers
+    to any more hears nothing more.
+    """
 
     def __init__(self, session: VehicleSession) -> None:
-        self.dropped = 0
+        self._lifetime = session.lifetime
         self._closed = False
-        self._queue: queue.Queue[Watched] = queue.Queue(QUEUE_CAPACITY)
-        self._subscribers = [session.subscribe(topic, self._receiver_of(kind)) for topic, kind in _KINDS]
-        self._subscribers.append(
-            session.subscribe_presence(lambda present: self._put(PlannerPresence(present)), history=True)
+        heard = self._heard = _Heard()  # The subscriptions' threads refer to this, not to the watch.
+        self._subscriptions = [session.subscribe(topic, _receiver_of(kind, heard)) for topic, kind in _KINDS]
+        self._subscriptions.append(
+            session.subscribe_presence(lambda present: heard.put(PlannerPresence(present)), history=True)
         )
 
+    @property
+    def dropped(self) -> int:
+        """Publications that gave way to newer ones before they were read."""
+        return self._heard.dropped
+
     def next(self, timeout_s: float | None = None) -> Watched | None:
-        """The next publication; None if none came within `timeout_s`, or the watch is closed."""
+        """The next publication; None if none came within `timeout_s`, or the watch is closed.
+
+        Raises `Closed` once the client is closed, and `Forked` in a process that was forked from its own.
+        """
+        item = self._next(timeout_s)
+        if item is None and not self._closed:
+            self._lifetime.require_open()
+        return item
+
+    def _next(self, timeout_s: float | None) -> Watched | None:
         until_s = None if timeout_s is None else time.monotonic() + timeout_s
-        while not self._closed:
-            left_s = 0.25 if until_s is None else min(0.25, until_s - time.monotonic())
+        while not (self._closed or self._lifetime.closed):
+            left_s = CLOSED_S if until_s is None else min(CLOSED_S, until_s - time.monotonic())
             if left_s <= 0.0:
                 return None
             try:
-                return self._queue.get(timeout=left_s)
+                return self._heard.queue.get(timeout=left_s)
             except queue.Empty:
                 continue
         return None
 
     def __iter__(self) -> Iterator[Watched]:
-        while (item := self.next()) is not None:
+        while (item := self._next(None)) is not None:
             yield item
+        if self._lifetime.forked:
+            self._lifetime.require_open()
 
     def close(self) -> None:
         """Ends the iteration."""
         self._closed = True
-        while self._subscribers:
-            self._subscribers.pop().undeclare()  # type: ignore[no-untyped-call]
+        while self._subscriptions:
+            self._subscriptions.pop().close()
 
     def __enter__(self) -> Self:
         return self
@@ -84,21 +107,30 @@ class Watch:
     ) -> None:
         self.close()
 
-    def _receiver_of(self, kind: type[Published]) -> Callable[[zenoh.Sample], None]:
-        return lambda sample: self._put(_read(sample, kind))
 
-    def _put(self, item: Watched) -> None:
+class _Heard:
+    """What waits to be read; the oldest gives way."""
+
+    def __init__(self) -> None:
+        self.queue: queue.Queue[Watched] = queue.Queue(QUEUE_CAPACITY)
+        self.dropped = 0
+
+    def put(self, item: Watched) -> None:
         while True:
             try:
-                self._queue.put_nowait(item)
+                self.queue.put_nowait(item)
             except queue.Full:
                 self.dropped += 1
                 try:
-                    self._queue.get_nowait()
+                    self.queue.get_nowait()
                 except queue.Empty:
                     continue
             else:
                 return
+
+
+def _receiver_of(kind: type[Published], heard: _Heard) -> Callable[[zenoh.Sample], None]:
+    return lambda sample: heard.put(_read(sample, kind))
 
 
 def _read(sample: zenoh.Sample, kind: type[Published]) -> Watched:

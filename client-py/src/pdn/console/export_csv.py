@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
+
+from pdn import files
 
 from .journal_file import Journal, Json, Record
 
@@ -14,8 +17,12 @@ SIGMAS = ["sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_roll_rad", "sigma_pitch_
 
 
 def write_csv(journal: Journal, folder: Path) -> list[Path]:
-    """Writes the tables into a folder and returns their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Writes the tables into a folder and returns their paths; raises `files.FileNotWritten`.
+
+    No table takes its place before all are on the disk, so that a folder does not hold tables of two missions
+    when one cannot be written.
+    """
+    files.make_folder(folder)
     tables = {
         "keyframes": (["keyframe", "seq", "stamp_ns", *POSE, *SIGMAS], _keyframes(journal)),
         "factors": (["seq", "stamp_ns", "kind", "from", "to"], _factors(journal)),
@@ -56,15 +63,15 @@ def write_csv(journal: Journal, folder: Path) -> list[Path]:
         ),
         "commands": (["record", "at_ns", "command", "reason"], _commands(journal)),
     }
-    written = []
-    for name, (header, rows) in tables.items():
-        path = folder / f"{name}.csv"
-        with path.open("w", encoding="utf-8", newline="") as file:
+    paths = {name: folder / f"{name}.csv" for name in tables}
+    with ExitStack() as together:
+        for name, (header, rows) in tables.items():
+            file = together.enter_context(files.replacing(paths[name], newline=""))
             writer = csv.writer(file)
             writer.writerow(header)
             writer.writerows(rows)
-        written.append(path)
-    return written
+            files.sync(file)
+    return list(paths.values())
 
 
 def _keyframes(journal: Journal) -> Iterable[list[Any]]:

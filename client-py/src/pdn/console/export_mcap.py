@@ -1,7 +1,9 @@
 """A journal as MCAP, for Foxglove and its kin: decisions with their schema, poses, coverage and candidates.
 
 Poses, coverage and candidates use Foxglove's own JSON schemas, as far as they are written here
-(https://docs.foxglove.dev/docs/visualization/message-schemas). The frame is `world`, north-east-down.
+(https://docs.foxglove.dev/docs/visualization/message-schemas). The frame of all of them is `world`,
+north-east-down, as in the journal. Foxglove and rviz draw the z of the root frame upwards, so the root is
+`world_enu`, east-north-up about the same origin, and `/tf` says how the two stand to each other.
 Poses are the final estimates, at the times of their keyframes; a decision stands at that of the event before.
 """
 
@@ -12,23 +14,30 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from pdn import files
+
 from .failures import CommandFailed
 from .journal_file import Journal, Json
 
 WORLD = "world"
+ROOT = "world_enu"
+ROOT_FROM_WORLD = [0.5**0.5, 0.5**0.5, 0.0, 0.0]
+"""Rotation [x, y, z, w]: half a turn about the bisector of north and east, which changes them over and turns
+down into up.
+"""
 GREY = {"r": 0.6, "g": 0.6, "b": 0.6, "a": 0.8}
 CHOSEN = {"r": 0.9, "g": 0.3, "b": 0.1, "a": 1.0}
 COVERED = {"r": 0.2, "g": 0.5, "b": 0.9, "a": 0.4}
 
 
 def write_mcap(journal: Journal, path: Path) -> dict[str, int]:
-    """Writes the file; returns the number of messages by topic."""
+    """Writes the file; returns the number of messages by topic. Raises `files.FileNotWritten`."""
     try:
         from mcap.writer import Writer
     except ImportError as error:
         raise CommandFailed("MCAP needs the package mcap: pip install 'pdn[export]'") from error
     counts: dict[str, int] = {}
-    with path.open("wb") as file:
+    with files.replacing(path, "wb") as file:
         writer = Writer(file)
         writer.start(profile="", library="pdn export")
         channels = {
@@ -55,6 +64,16 @@ def _topics() -> dict[str, tuple[str, Json]]:
     return {
         "/pdn/decision": ("pdn.v1.Decision", decision),
         "/pdn/command": ("pdn.Command", _object(command=_TEXT, reason=_TEXT)),
+        "/tf": (
+            "foxglove.FrameTransform",
+            _object(
+                timestamp=_TIME,
+                parent_frame_id=_TEXT,
+                child_frame_id=_TEXT,
+                translation=_POINT,
+                rotation=_QUATERNION,
+            ),
+        ),
         "/pdn/robot": ("foxglove.PoseInFrame", _object(timestamp=_TIME, frame_id=_TEXT, pose=_POSE)),
         "/pdn/trajectory": (
             "foxglove.PosesInFrame",
@@ -69,7 +88,7 @@ def _messages(journal: Journal) -> list[tuple[int, str, Json]]:
     stamps = {record.content["id"]: record.at_ns for record in journal.of("keyframe")}
     keyframes = journal.graph["keyframes"]
     poses = {keyframe["id"]: _pose(keyframe["pose"]) for keyframe in keyframes}
-    messages: list[tuple[int, str, Json]] = []
+    messages = [_root(min(stamps.values(), default=0))]
     for keyframe, pose in poses.items():
         at_ns = stamps[keyframe]
         messages.append((at_ns, "/pdn/robot", {"timestamp": _time(at_ns), "frame_id": WORLD, "pose": pose}))
@@ -90,6 +109,18 @@ def _messages(journal: Journal) -> list[tuple[int, str, Json]]:
         messages.append((at_ns, "/pdn/trajectory", trajectory))
         messages.append((at_ns, "/pdn/coverage", _coverage(journal, at_ns)))
     return messages
+
+
+def _root(at_ns: int) -> tuple[int, str, Json]:
+    """`world_enu` from `world`, once, before everything else: it does not change."""
+    transform = {
+        "timestamp": _time(at_ns),
+        "parent_frame_id": ROOT,
+        "child_frame_id": WORLD,
+        "translation": _HERE["position"],
+        "rotation": dict(zip("xyzw", ROOT_FROM_WORLD, strict=True)),
+    }
+    return at_ns, "/tf", transform
 
 
 def _paths(decision: Json, poses: dict[int, Json], at_ns: int) -> Json:
@@ -185,7 +216,8 @@ _TEXT: Json = {"type": "string"}
 _NUMBER: Json = {"type": "number"}
 _TIME = _object(sec={"type": "integer"}, nsec={"type": "integer"})
 _POINT = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
-_POSE = _object(position=_POINT, orientation=_object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER))
+_QUATERNION = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
+_POSE = _object(position=_POINT, orientation=_QUATERNION)
 _COLOR = _object(r=_NUMBER, g=_NUMBER, b=_NUMBER, a=_NUMBER)
 _HERE = _pose({"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0]})
 

@@ -67,7 +67,8 @@ def read_journal(path: Path, program: Path) -> Journal:
     if not path.is_file():
         raise CommandFailed(f"there is no journal {path}")
     _check_release(program)
-    lines = _ask(program, path, "--json").splitlines()
+    # A record ends at the newline alone: a reason may hold what else Unicode takes for the end of a line.
+    lines = [line for line in _ask(program, path, "--json").split("\n") if line]
     records: list[Record] = []
     at_ns = 0
     for line in lines:
@@ -109,6 +110,8 @@ def _run(program: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
             f"the daemon's program {program} is not there; name it with --pdnd or PDND_BINARY"
         )
     try:
-        return subprocess.run([found, *arguments], capture_output=True, text=True, check=False)
+        return subprocess.run(
+            [found, *arguments], capture_output=True, encoding="utf-8", errors="replace", check=False
+        )
     except OSError as error:
         raise CommandFailed(f"the daemon's program {program} cannot be run: {error.strerror}") from error

@@ -7,16 +7,20 @@ from typing import Annotated
 
 import typer
 
+from pdn.client import DEFAULT_ENDPOINT
+
 DEFAULT_TIMEOUT_S = 10.0
 
-Endpoint = Annotated[
-    str,
+Endpoints = Annotated[
+    list[str] | None,
     typer.Option(
         "-e",
         "--connect",
         metavar="ENDPOINT",
         envvar="PDN_CONNECT",
-        help="Where the daemon listens, as a Zenoh endpoint.",
+        show_default=DEFAULT_ENDPOINT,
+        help="Where the daemon listens, as a Zenoh endpoint. More than one (given again, or after commas) "
+        "are tried in turn.",
     ),
 ]
 Vehicle = Annotated[

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from typing import TypeVar
 import typer
 
 from pdn import wire
-from pdn.client import DEFAULT_ENDPOINT, DEFAULT_VEHICLE, Client, connect
+from pdn.client import DEFAULT_ENDPOINT, DEFAULT_VEHICLE, Client, connect, split_endpoints
 
 from . import options
 
@@ -25,7 +26,7 @@ M = TypeVar("M")
 class Planner:
     """Where the planner is, whose missions are meant, how answers are shown: the fields are the options."""
 
-    endpoint: options.Endpoint = DEFAULT_ENDPOINT
+    endpoint: options.Endpoints = None
     vehicle: options.Vehicle = DEFAULT_VEHICLE
     zenoh_config: options.ZenohConfig = None
     certificate: options.Certificate = None
@@ -40,15 +41,18 @@ class Planner:
                 f"{self.vehicle!r} is no id of a vehicle: 1 to 64 of a-z, 0-9, - and _",
                 param_hint="--vehicle",
             )
+        endpoints = split_endpoints(self.endpoint or ()) or [DEFAULT_ENDPOINT]
         with connect(
             self.vehicle,
-            self.endpoint,
+            endpoints,
             timeout_s=self.timeout,
             connect_timeout_s=min(self.timeout, CONNECT_TIMEOUT_S),
             config_file=self.zenoh_config,
             certificate=self.certificate,
             console=console,
         ) as client:
+            if client.endpoint != endpoints[0]:
+                print(f"connected to {client.endpoint}; {endpoints[0]} does not serve", file=sys.stderr)
             yield client
 
     def show(self, message: M, print_text: Callable[[M], None]) -> None:

@@ -50,12 +50,13 @@ def watch(
     On a terminal one screen, elsewhere a line for each change; with --json an object a line:
     {"state"|"decision"|"rejected"|"planner": ...}. Ctrl-C ends the view, not the mission.
     """
-    dashboard = Dashboard(planner.vehicle, planner.endpoint)
+    dashboard = Dashboard(planner.vehicle, "")
     with (
         contextlib.suppress(KeyboardInterrupt),
         planner.connected(console=name) as client,
         client.watch() as watched,
     ):
+        dashboard.endpoint = client.endpoint
         with contextlib.suppress(MissionUnknown, Timeout):
             dashboard.update(client.mission(timeout_s=min(planner.timeout, FIRST_LOOK_S)))
         until_s = float("inf") if seconds is None else time.monotonic() + seconds

@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pdn import files
+
 # Okabe and Ito's palette: distinct for every common kind of colour vision.
 GREEN, BLUE, VERMILLION, SKY, ORANGE, BLACK, GREY = (
     "#009E73",
@@ -80,6 +82,7 @@ def titled(axes: Axes, letter: str, title: str) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Write a PNG of 160 dots an inch: 2133 pixels wide at 13.3 inches."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with styled():
-        figure.savefig(path, dpi=160)
+    files.make_folder(path.parent)
+    path = path if path.suffix else path.with_name(f"{path.name}.png")
+    with styled(), files.replacing(path, "wb") as file:
+        figure.savefig(file, dpi=160, format=path.suffix[1:])

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from pdn.client import DEFAULT_ENDPOINT, DEFAULT_VEHICLE, Client, connect
+from pdn.client import DEFAULT_ENDPOINT, DEFAULT_VEHICLE, Client, connect, split_endpoints
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class SimOptions:
         """A client for this vehicle; see `pdn.client.connect`."""
         return connect(
             self.vehicle,
-            self.endpoint,
+            split_endpoints([self.endpoint]),
             config_file=self.zenoh_config,
             certificate=self.certificate,
             outbox=self.outbox,

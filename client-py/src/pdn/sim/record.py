@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pdn import files
 from pdn.sim.scenario import Scenario
 from pdn.sim.se3 import Array, Pose, log
 from pdn.sim.survey import Survey
@@ -83,8 +84,8 @@ class Run:
 def save(run: Run, path: Path) -> None:
     """Write a run; the file is small enough (about 1 MB) to keep one for each flight."""
     document = {"format": RUN_FORMAT, **asdict(run)}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(document, separators=(",", ":"), allow_nan=False) + "\n", encoding="utf-8")
+    files.make_folder(path.parent)
+    files.write_text(path, json.dumps(document, separators=(",", ":"), allow_nan=False) + "\n")
 
 
 def nees(estimate: Pose, covariance: Array, truth: Pose) -> float:
