@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import files
 from .journal_file import Journal
 from .pose_graph import Transform, writer
 
@@ -43,7 +44,7 @@ def write_g2o(journal: Journal, path: Path) -> tuple[int, int]:
     lines += [writer.IDENTITY_OFFSET] if priors else []
     lines += [writer.vertex(keyframe["id"], _pose(keyframe["pose"])) for keyframe in keyframes]
     lines += [] if anchor is None else [writer.fix(anchor)]
-    path.write_text("\n".join(lines + priors + edges) + "\n", encoding="utf-8")
+    files.write_text(path, "\n".join(lines + priors + edges) + "\n")
     return len(keyframes), len(edges)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from .. import files
 from .import_stream import RefusedMeasurement
 from .pose_graph import Edge, Transform, counted, writer
 
@@ -32,12 +32,7 @@ def write_refused(
             lines.append(writer.edge(measured.from_, measured.to, measured.relative, measured.covariance))
         else:
             lines.append(writer.prior(measured.keyframe, measured.pose, measured.covariance))
-    beside = path.with_name(f"{path.name}.part")
-    with beside.open("w", encoding="utf-8") as file:
-        file.write("\n".join(lines) + "\n")
-        file.flush()
-        os.fsync(file.fileno())
-    beside.replace(path)
+    files.write_text(path, "\n".join(lines) + "\n")
 
 
 def _named(refused: Sequence[RefusedMeasurement]) -> set[int]:
