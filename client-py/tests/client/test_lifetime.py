@@ -71,8 +71,8 @@ def test_a_program_ends_whatever_it_has_open(planner: FakePlanner, what: str, en
 
 
 def test_no_program_is_aborted_at_its_end(planner: FakePlanner) -> None:
-    """Where nobody waits for the threads that read, one program in ten is: 36 all go well once in 44 times."""
-    program = "client = begin(); watches = [client.watch() for _ in range(8)]"
+    """Where nobody waits for the threads that read, one program in ten is: 36 go well once in 44 times."""
+    program = "client = connect('auv', endpoint, timeout_s=60); watches = [client.watch() for _ in range(8)]"
     for _ in range(6):
         for process in [programs.start(program, planner.endpoint) for _ in range(6)]:
             code, _, err = programs.end(process)
