@@ -48,13 +48,12 @@ class Lifetime:
         self._process = os.getpid()
         self._session = session
         self._close = threading.Event()
-        self._closed = threading.Event()
-        threading.Thread(
-            target=_close_when_told,
-            args=(session, self._close, self._closed),
-            name="pdn-close",
-            daemon=True,
-        ).start()
+        self._closer = threading.Thread(
+            target=_close_when_told, args=(session, self._close), name="pdn-close", daemon=True
+        )
+        self._closer.start()
+        self._readers: list[threading.Thread] = []
+        self._lock = threading.Lock()
         # The last reference is gone: nobody can close it any more.
         weakref.finalize(self, self._close.set).atexit = False
         _OPEN.add(self)
@@ -87,9 +86,23 @@ class Lifetime:
 
     def close(self, timeout_s: float = CLOSE_TIMEOUT_S) -> None:
         """Closes the session, or gives it up after a while; does nothing the second time."""
-        if not self.forked:
-            self._close.set()
-            self._closed.wait(timeout_s)
+        if self.forked:
+            return
+        self._close.set()
+        until_s = time.monotonic() + timeout_s
+        # A thread that comes back from Zenoh while the interpreter is taken down ends the program by abort.
+        with self._lock:
+            threads = [self._closer, *self._readers]
+        for thread in threads:
+            if thread is not threading.current_thread():
+                thread.join(max(0.0, until_s - time.monotonic()))
+
+    def start_reader(self, thread: threading.Thread) -> None:
+        """Starts a thread that waits in Zenoh, to be waited for at the end."""
+        with self._lock:
+            self._readers = [reader for reader in self._readers if reader.is_alive()]
+            thread.start()
+            self._readers.append(thread)
 
     def keep_for_ever(self) -> None:
         """Keeps the session from ever being dropped: that would wait for threads which are not here."""
@@ -156,12 +169,9 @@ _OPEN: weakref.WeakSet[Lifetime] = weakref.WeakSet()
 _first_process: int | None = None
 
 
-def _close_when_told(session: zenoh.Session, close: threading.Event, closed: threading.Event) -> None:
+def _close_when_told(session: zenoh.Session, close: threading.Event) -> None:
     close.wait()
-    try:
-        session.close()  # type: ignore[no-untyped-call]
-    finally:
-        closed.set()
+    session.close()  # type: ignore[no-untyped-call]
 
 
 def _close_all() -> None:

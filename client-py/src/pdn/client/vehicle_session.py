@@ -250,9 +250,10 @@ class Subscription:
     def __init__(self, lifetime: Lifetime, subscriber: Any, callback: Callable[[zenoh.Sample], None]) -> None:
         self._lifetime = lifetime
         self._subscriber: Any = subscriber
-        threading.Thread(
+        reader = threading.Thread(
             target=_hand_over, args=(subscriber.handler, callback), name="pdn-heard", daemon=True
-        ).start()
+        )
+        lifetime.start_reader(reader)
 
     def close(self) -> None:
         """Hears no more."""
