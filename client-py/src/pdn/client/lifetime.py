@@ -3,7 +3,7 @@
 Each session has a thread of its own that closes it when told: closing can hang on a link that stands still,
 a program that is at its end may start no thread (Python 3.12), and whoever waits can then be interrupted.
 Nothing here keeps a program alive: all threads are daemons, and at the end of the program what is still open
-is settled within `EXIT_SETTLE_S` and closed within `CLOSE_TIMEOUT_S`.
+is drained within `EXIT_DRAIN_S` and closed within `CLOSE_TIMEOUT_S`.
 
 A child made by `os.fork` has none of Zenoh's threads. A session that is asked there would wait for ever, and
 so would one that is merely dropped, so there it is kept and refused.
@@ -29,14 +29,14 @@ T = TypeVar("T")
 CLOSE_TIMEOUT_S = 3.0
 """Longest wait for Zenoh to close a session, s; it can hang on a link that stands still."""
 
-EXIT_SETTLE_S = 5.0
+EXIT_DRAIN_S = 5.0
 """How long a program that ends waits for the events of streams that it has left open, s, all together."""
 
 
-class Settled(Protocol):
+class Drained(Protocol):
     """A stream, as the end of the program sees it."""
 
-    def settle(self, timeout_s: float) -> None:
+    def drain(self, timeout_s: float) -> None:
         """Waits for what is under way, tells what remains, and stops; never raises."""
 
 
@@ -44,7 +44,7 @@ class Lifetime:
     """Whether a session may be used, and its end."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        self.streams: weakref.WeakSet[Settled] = weakref.WeakSet()
+        self.streams: weakref.WeakSet[Drained] = weakref.WeakSet()
         self._process = os.getpid()
         self._session = session
         self._close = threading.Event()
@@ -177,10 +177,10 @@ def _close_when_told(session: zenoh.Session, close: threading.Event) -> None:
 def _close_all() -> None:
     """The program ends."""
     lifetimes = [lifetime for lifetime in list(_OPEN) if not lifetime.closed]
-    settle_until_s = time.monotonic() + EXIT_SETTLE_S
+    drain_until_s = time.monotonic() + EXIT_DRAIN_S
     for lifetime in lifetimes:
         for stream in list(lifetime.streams):
-            stream.settle(max(0.0, settle_until_s - time.monotonic()))
+            stream.drain(max(0.0, drain_until_s - time.monotonic()))
     for lifetime in lifetimes:
         lifetime.begin_closing()
     close_until_s = time.monotonic() + CLOSE_TIMEOUT_S

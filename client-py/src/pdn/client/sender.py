@@ -2,7 +2,7 @@
 the resends.
 
 Callers put events in and wait for room; callbacks of Zenoh put work in and never wait. Whatever went wrong
-on the way, one question settles it: `rpc/ingest` says which events the planner has, and sending goes on
+on the way, one question decides it: `rpc/ingest` says which events the planner has, and sending goes on
 from there. It is asked
 
 - when nothing has moved for `STALL_S` though events are under way, then ever more rarely up to

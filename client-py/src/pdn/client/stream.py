@@ -124,7 +124,7 @@ class MissionStream(Events):
         while self._declarations:
             self._declarations.pop().close()
 
-    def settle(self, timeout_s: float) -> None:
+    def drain(self, timeout_s: float) -> None:
         """At the end of the program: waits for what is under way, tells what remains, and stops."""
         if self.closed:
             return

@@ -67,7 +67,7 @@ class GraphStream:
         try:
             with client.mission_stream(mission, timeout_s=timeout_s, on_rejected=rejected) as events:
                 self._send(events, show_progress)
-                _settle(events, timeout_s)
+                _wait_applied(events, timeout_s)
                 last = events.next_seq - 1
         except EventsRefused as refusal:
             self._problems.extend(refusal.problems)
@@ -133,7 +133,7 @@ def _refused(measurement: Measurement, problem: ProblemLike) -> RefusedMeasureme
     return RefusedMeasurement(measurement, problem.message, float(distance[1]) if distance else None)
 
 
-def _settle(events: MissionStream, timeout_s: float) -> None:
+def _wait_applied(events: MissionStream, timeout_s: float) -> None:
     """Waits until everything is confirmed, as long as something is confirmed within each `timeout_s`."""
     while True:
         confirmed = events.durable_seq
