@@ -45,14 +45,15 @@ def test_a_frozen_client_is_missed_before_one_of_zenohs_own_lease(daemon: Daemon
     config = zenoh.Config()
     for key, value in {"mode": "client", "connect/endpoints": [daemon.endpoint]}.items():
         config.insert_json5(key, json.dumps(value))
+    present: list[str] = []
     gone: list[str] = []
-    both = threading.Event()
+    both_present, both_gone = threading.Event(), threading.Event()
 
     def heard(sample: zenoh.Sample) -> None:
-        if sample.kind == zenoh.SampleKind.DELETE:
-            gone.append(str(sample.key_expr).split("/")[1])
-            if len(gone) == 2:
-                both.set()
+        names, both = (gone, both_gone) if sample.kind == zenoh.SampleKind.DELETE else (present, both_present)
+        names.append(str(sample.key_expr).split("/")[1])
+        if len(names) == 2:
+            both.set()
 
     clients = []
     with zenoh.open(config) as session:
@@ -64,9 +65,11 @@ def test_a_frozen_client_is_missed_before_one_of_zenohs_own_lease(daemon: Daemon
             for client in clients:
                 assert client.stdout is not None
                 assert client.stdout.readline() == "ready\n"
+            # What is frozen before its token has arrived is never missed.
+            assert both_present.wait(WAIT_S)
             for client in clients:
                 client.send_signal(signal.SIGSTOP)
-            assert both.wait(WAIT_S)
+            assert both_gone.wait(WAIT_S)
         finally:
             for client in clients:
                 client.kill()
